@@ -15,14 +15,14 @@ static const double PI = 3.14159265358979323846;
 /* Not inlined: the price of one evaluation, not of one in a loop. */
 #define ONE_BY_ONE __attribute__((noinline))
 
-ONE_BY_ONE double polach_ratio(double adhesion_factor, double slip_factor, double x) {
-    double adhesion = adhesion_factor * x;
-    return 2.0 / PI * (adhesion / (1.0 + adhesion * adhesion) + atan(slip_factor * x));
+ONE_BY_ONE double polach_ratio(double stick_factor, double slip_factor, double x) {
+    double stick = stick_factor * x;
+    return 2.0 / PI * (stick / (1.0 + stick * stick) + atan(slip_factor * x));
 }
 
-void polach_each(double adhesion_factor, double slip_factor, size_t n, const double *x,
+void polach_each(double stick_factor, double slip_factor, size_t n, const double *x,
                  double *ratio) {
-    for (size_t i = 0; i < n; i++) ratio[i] = polach_ratio(adhesion_factor, slip_factor, x[i]);
+    for (size_t i = 0; i < n; i++) ratio[i] = polach_ratio(stick_factor, slip_factor, x[i]);
 }
 
 ONE_BY_ONE void polach_with_spin(const polach_contact *c, double force[2]) {

@@ -17,9 +17,8 @@ typedef void (*forces_function)(const creep_forces *, size_t, const creep_forces
                                 creep_forces_output *);
 
 /* Polach's traction ratio; the factors are his reductions times the gradient. */
-double polach_ratio(double adhesion_factor, double slip_factor, double x);
-void polach_each(double adhesion_factor, double slip_factor, size_t n, const double *x,
-                 double *ratio);
+double polach_ratio(double stick_factor, double slip_factor, double x);
+void polach_each(double stick_factor, double slip_factor, size_t n, const double *x, double *ratio);
 
 /* Polach's forces along and across over mu P, with spin. Stiffness: Kalker's c11, c22 and c23 times
  * G a b/(mu P). Creepages in Kalker's signs, spin times sqrt(a b). */

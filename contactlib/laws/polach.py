@@ -87,9 +87,9 @@ class Polach(Parameters):
             If a creepage is not a finite real number.
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
-        adhesion, slip = self._stiffness
+        stick, slip = self._stiffness
         with np.errstate(over="ignore"):  # the arctan of infinity is right
-            ax, sx = np.clip(adhesion * x, -FAR, FAR), slip * x
+            ax, sx = np.clip(stick * x, -FAR, FAR), slip * x
         return np.asarray(2.0 / math.pi * (ax / (1.0 + ax**2) + np.arctan(sx)))
 
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
@@ -101,11 +101,11 @@ class Polach(Parameters):
             If a creepage is not a finite real number.
         """
         x = checked("normalized_creepage", normalized_creepage, FINITE)
-        adhesion, slip = self._stiffness
+        stick, slip = self._stiffness
         with np.errstate(over="ignore"):  # the slope is zero there
-            square = np.clip(adhesion * x, -FAR, FAR) ** 2
-            of_adhesion = (1.0 - square) / (1.0 + square) * _bend(adhesion, x)
-            return np.asarray(2.0 / math.pi * (of_adhesion + _bend(slip, x)))
+            square = np.clip(stick * x, -FAR, FAR) ** 2
+            of_stick = (1.0 - square) / (1.0 + square) * _bend(stick, x)
+            return np.asarray(2.0 / math.pi * (of_stick + _bend(slip, x)))
 
     @property
     def peak(self) -> Peak:
@@ -120,8 +120,8 @@ class Polach(Parameters):
         # With v = (kA eps)**2, dq/dx = 0 is (1 - u) v**2 - (1 + 2 u - u**2) v - (u + u**2) = 0.
         b = 1.0 + 2.0 * u - u * u
         v = (b + math.sqrt(b * b + 4.0 * (1.0 - u) * (u + u * u))) / (2.0 * (1.0 - u))
-        adhesion, _ = self._stiffness
-        x = math.sqrt(v) / adhesion if adhesion > 0.0 else math.inf
+        stick, _ = self._stiffness
+        x = math.sqrt(v) / stick if stick > 0.0 else math.inf
         return Peak(x, 2.0 / math.pi * (math.sqrt(v) / (1.0 + v) + math.atan2(math.sqrt(v), u)))
 
 

@@ -91,7 +91,7 @@ class Vehicles(NamedTuple):
         )
 
 
-class Seen:
+class DerivedRows:
     """Rows, with derived signals that several outcomes share."""
 
     def __init__(self, rows: Rows, vehicles: Vehicles) -> None:
@@ -129,14 +129,14 @@ class Seen:
         return np.sign(demanded) * force, possible
 
 
-Quantity = Callable[[Seen], FloatArray]
+Quantity = Callable[[DerivedRows], FloatArray]
 
 
 class Accumulator(Protocol):
     """Reduces the rows of n runs, block by block, to one number for each run."""
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
 
     def value(self) -> FloatArray:
         """Return the numbers of the rows so far, shape (n,)."""
@@ -165,8 +165,8 @@ class Integral:
         self._quantity, self._demanded, self._joint = quantity, demanded, Joint()
         self._twice: FloatArray | None = None
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         y, demand, time = self._joint(self._quantity(rows), rows["demand"], rows.time)
         if self._twice is None:
             self._twice = np.zeros(y.shape[1])
@@ -188,8 +188,8 @@ class HeldIntegral:
         self._quantity, self._joint = quantity, Joint()
         self._sum: FloatArray | None = None
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         y, time = self._joint(self._quantity(rows), rows.time)
         if self._sum is None:
             self._sum = np.zeros(y.shape[1])
@@ -209,8 +209,8 @@ class Extremes:
         self._least: FloatArray | None = None
         self._largest: FloatArray | None = None
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         y = self._quantity(rows)
         least, largest = y.min(axis=0), y.max(axis=0)
         if self._least is not None and self._largest is not None:
@@ -234,8 +234,8 @@ class Ends:
         self._first: FloatArray | None = None
         self._last: FloatArray | None = None
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         y = self._quantity(rows)
         if self._first is None:
             self._first = y[0].copy()
@@ -256,10 +256,10 @@ class Together:
     def __init__(self, value: Callable[..., FloatArray], *accumulators: Accumulator) -> None:
         self._value, self._observers = value, accumulators
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         for accumulator in self._observers:
-            accumulator.see(rows)
+            accumulator.add(rows)
 
     def value(self) -> FloatArray:
         """Return the numbers of the rows so far."""
@@ -284,8 +284,8 @@ class Jerk:
         self._time = np.zeros(0)
         self._speed = np.zeros((0, self._held.size))
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         time = np.concatenate([self._time, rows.time])
         speed = np.concatenate([self._speed, rows["speed"]])
         done = np.count_nonzero(time + 2.0 * WINDOW <= time[-1])
@@ -324,8 +324,8 @@ class Recovery:
         self._since = np.full(n, np.nan)  # time of the first lack not yet recovered from
         self._longest = np.zeros(n)
 
-    def see(self, rows: Seen) -> None:
-        """Take in the next rows."""
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
         force, possible = rows.transmittable
         surplus = np.maximum((1.0 - RECOVERED) * possible, self._negligible)
         surplus -= np.where(rows["demand"] != 0.0, np.maximum(possible - force, 0.0), 0.0)

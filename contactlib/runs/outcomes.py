@@ -20,6 +20,7 @@ from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
 from contactlib.runs.accumulators import (
     Accumulator,
+    DerivedRows,
     Ends,
     Extremes,
     HeldIntegral,
@@ -27,7 +28,6 @@ from contactlib.runs.accumulators import (
     Jerk,
     OneRun,
     Recovery,
-    Seen,
     Together,
     Vehicles,
 )
@@ -99,11 +99,11 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
     return found
 
 
-def _signal(name: str) -> Callable[[Seen], FloatArray]:
+def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
     return lambda rows: rows[name]
 
 
-def _larger(left: str, right: str) -> Callable[[Seen], FloatArray]:
+def _larger(left: str, right: str) -> Callable[[DerivedRows], FloatArray]:
     return lambda rows: np.maximum(np.abs(rows[left]), np.abs(rows[right]))
 
 
@@ -130,7 +130,7 @@ def _limited_utilisation(vehicles: Vehicles) -> Accumulator:
 
 
 def _largest_slip_speed(vehicles: Vehicles) -> Accumulator:
-    def slip(rows: Seen) -> FloatArray:
+    def slip(rows: DerivedRows) -> FloatArray:
         left, right = (
             np.abs(vehicles.radius * rows[f"omega_{side}"] - rows["speed"])
             for side in ("left", "right")
@@ -312,9 +312,9 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
         The scenario's drivetrain.
     """
     vehicles = Vehicles.of([drivetrain])
-    rows, found = Seen(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
+    rows, found = DerivedRows(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
     for accumulator in found.values():
-        accumulator.see(rows)
+        accumulator.add(rows)
     return Metrics(**{name: float(accumulator.value()[0]) for name, accumulator in found.items()})
 
 

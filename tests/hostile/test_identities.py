@@ -229,13 +229,13 @@ def test_peak_is_the_largest(law: cl.CarterGriffith, x: float, near: float) -> N
 
 @examples(40)
 @given(
-    adhesion=magnitude(1e-300, 1.0),
+    k_a=magnitude(1e-300, 1.0),
     slip=magnitude(1e-300, 1.0),
     x=magnitude(1e-12, 1e300),
 )
-def test_polach_never_exceeds_its_peak(adhesion: float, slip: float, x: float) -> None:
+def test_polach_never_exceeds_its_peak(k_a: float, slip: float, x: float) -> None:
     law = cl.Polach(
-        adhesion_reduction=adhesion,
+        adhesion_reduction=k_a,
         slip_reduction=slip,
     )
     ratio, peak = float(law.traction_ratio(x)), law.peak

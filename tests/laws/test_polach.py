@@ -64,17 +64,17 @@ def test_initial_slope_is_the_mean_reduction_of_kalkers_linear_theory() -> None:
     assert float(law.slope(0.0)) == pytest.approx(0.55 * float(kalker), rel=1e-12)
 
 
-@pytest.mark.parametrize("adhesion", [0.1, 0.5, 1.0])
-def test_it_falls_nowhere_from_the_twentyfourth_of_pi_on(adhesion: float) -> None:
+@pytest.mark.parametrize("k_a", [0.1, 0.5, 1.0])
+def test_it_falls_nowhere_from_the_twentyfourth_of_pi_on(k_a: float) -> None:
     # dq/dx = 0 is r (1 - r) v^2 - (1 - 2 r - r^2) v + 1 + r = 0 in v = (kA eps)^2, r = kS/kA. Its
     # two roots meet at r = tan(pi/24).
     threshold = np.tan(np.pi / 24.0)
     v = (1.0 - 2.0 * threshold - threshold**2) / (2.0 * threshold * (1.0 - threshold))
-    at = np.sqrt(v) / (3.0 / 16.0 * np.pi**2 * adhesion)
+    at = np.sqrt(v) / (3.0 / 16.0 * np.pi**2 * k_a)
     for factor, sign in ((1.0 + 1e-6, 1.0), (1.0 - 1e-6, -1.0)):
         law = Polach(
-            adhesion_reduction=adhesion,
-            slip_reduction=threshold * factor * adhesion,
+            adhesion_reduction=k_a,
+            slip_reduction=threshold * factor * k_a,
         )
         assert np.sign(law.slope(at)) == sign
 

@@ -87,7 +87,7 @@ typedef struct {
     double drive, creep, resistance, damping, throughput;
 } works;
 
-/* A start, a long pull next to the limit of adhesion, coasting, braking to rest, standstill; the
+/* A start, a long pull next to the limit of friction, coasting, braking to rest, standstill; the
  * same backward with less. A brake holds what has come to rest. */
 static double torque_at(double time, double speed, double most) {
     double brake = -0.55 * most * fmax(-1.0, fmin(1.0, speed / 0.5));

@@ -16,7 +16,7 @@ from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs.accumulators import WINDOW as JERK_WINDOW
-from contactlib.runs.accumulators import OneRun, Recovery, Seen, Vehicles, _known
+from contactlib.runs.accumulators import DerivedRows, OneRun, Recovery, Vehicles, _known
 from contactlib.runs.outcomes import (
     UNITS,
     Metrics,
@@ -47,7 +47,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
 
 def transmittable(run: cl.Result, drivetrain: Drivetrain) -> tuple[Any, Any]:
     """Creep force in the demand's direction, and what could be transmitted [N]."""
-    return Seen(OneRun(run), Vehicles.of([drivetrain])).transmittable
+    return DerivedRows(OneRun(run), Vehicles.of([drivetrain])).transmittable
 
 
 @pytest.fixture(scope="module")
@@ -246,7 +246,7 @@ def test_recovery_does_not_depend_on_how_rows_come(held: Drivetrain) -> None:
     for part in np.split(np.arange(t.size), [1, 2, 90, 91, 400]):
         signals = {name: values[part] for name, values in run.signals.items()}
         piece = cl.Result(t[part], signals, dict.fromkeys(signals, "1"))
-        observer.see(Seen(OneRun(piece), vehicles))
+        observer.add(DerivedRows(OneRun(piece), vehicles))
     assert observer.value()[0] == metrics(run, held).recovery_time > 0.0
 
 

@@ -171,7 +171,7 @@ def thread_workers(count: int) -> Iterator[Workers]:
             event.set()
 
 
-class _Deaf(SpawnProcess):
+class _IgnoresInterrupts(SpawnProcess):
     """A process that ignores Ctrl-C in a terminal, also while it starts."""
 
     def start(self) -> None:
@@ -186,7 +186,7 @@ class _Deaf(SpawnProcess):
 
 
 class _Spawning(SpawnContext):
-    Process = _Deaf
+    Process = _IgnoresInterrupts
 
 
 @contextmanager
@@ -207,14 +207,14 @@ def _begin(event: Event) -> None:
     _asked_to_stop = event
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it and sets the event
     warnings.simplefilter("ignore", RangeWarning)  # shown once, by the parent
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _stopped() -> bool:
     return _asked_to_stop is not None and _asked_to_stop.is_set()
 
 
-def _leave_with_parent() -> None:
+def _end_with_parent() -> None:
     """End this process when its parent has ended for any reason."""
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -241,7 +241,7 @@ def cluster_workers(
     distributed = optional_library("distributed")
     waits = False
     for name in logging.root.manager.loggerDict:
-        if name.split(".")[0] in ("distributed", "tornado"):  # `report` reports what is lost
+        if name.split(".")[0] in ("distributed", "tornado"):  # `report` replaces their messages
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with distributed.Client(address) as client:
 
