@@ -116,7 +116,7 @@ def simulate(
     help="Use processes instead of threads; faster for the analysis, which is in Python.",
 )
 @click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786.")
-@click.option("--chunk", type=Whole(1), help="Runs per chunk, the most that a kill can lose.")
+@click.option("--chunk", type=Whole(1), help="Runs per chunk; a kill loses unfinished chunks only.")
 @click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
 @click.option("--controller", hidden=True)
 @click.option("--no-maps", is_flag=True, help="Do not draw maps.")

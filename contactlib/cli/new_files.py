@@ -31,7 +31,7 @@ def write_template(kind: str, output: Path | None, overwrite: bool) -> None:
     """
     path = output or Path(f"my_{kind}.toml")
     if path.exists() and not overwrite:
-        raise ValueError(f"{path} is there already: --overwrite replaces it")
+        raise ValueError(f"{path} already exists: --overwrite replaces it")
     text = (TEMPLATES / f"{kind}.toml").read_text(encoding="ascii")
     write_whole(path, text.replace(f"my_{kind}.toml", path.name).encode())
     print_line(f"{path}: to try it, contactlib {NEXT[kind]} {path}")

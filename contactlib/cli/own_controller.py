@@ -57,7 +57,7 @@ def with_controllers(
     Raises
     ------
     ValueError
-        If the scenario has a controller of such a name.
+        If the scenario already has a controller of this name.
     """
     if taken := set(controllers) & set(scenario.controllers):
         raise ValueError(f"{path} has a controller {min(taken)} itself: take another name")

@@ -56,7 +56,7 @@ def write_report(
     reporter : Reporter
         Shows progress, events and metrics.
     formats : sequence of str, optional
-        Of the figures, each one that matplotlib writes.
+        Formats of the figures, each one of matplotlib's.
 
     Returns
     -------
@@ -291,6 +291,6 @@ def errors_table(errors: xr.DataArray) -> str:
             one = errors.sel(scenario=scenario, error=error)
             cells = zip(one.mean("noise").values, one.min("noise").values, strict=True)
             rows.append([error, *(f"{mean:.3f} ({least:.3f})" for mean, least in cells)])
-        title = f"{scenario}: limited utilisation, mean over noise (least)"
+        title = f"{scenario}: limited utilisation, mean over noise (minimum)"
         lines += [title, fixed_width(rows), ""]
     return "\n".join(lines[:-1])

@@ -206,7 +206,7 @@ class ForceElement(Parameters):
         """
         table = curve if isinstance(curve, CreepForceTable) else CreepForceTable.from_law(curve)
         if not {"peak", "kinetic", "zeta0"} <= set(table.options):
-            raise ValueError(f"curve is a table of {table.law!r}, not of a measured curve")
+            raise ValueError(f"curve: expected a measured curve's table, got {table.law!r}")
         peak, kinetic, zeta0 = (float(table.options[n]) for n in ("peak", "kinetic", "zeta0"))
         # The table's rounding must not reach the limit at which the kernel holds the force.
         friction = Friction(static=peak * (1.0 + 1e-6), kinetic=kinetic, weakening_length=0.0)

@@ -31,8 +31,8 @@ def write_explorer(
     path : path
         The HTML file.
     model : path, optional
-        Model file that the page starts with, or the name of a shipped one; the page has those of
-        the roller rig and the locomotive in any case.
+        Model file that the page starts with, or the name of a shipped one; the page has the models
+        of the roller rig and the locomotive in any case.
 
     Returns
     -------
@@ -52,10 +52,12 @@ def write_explorer(
         raise ValueError(f"{path}: the explorer is a page, whose file ends in .html")
     page = PAGE.read_bytes()
     if model is not None:
-        text = json.dumps(_checked_text(model)).replace("<", r"\u003c")  # which ends no element
+        text = json.dumps(_checked_text(model)).replace(
+            "<", r"\u003c"
+        )  # so that it ends no element
         empty, filled = (PLACE.format(part).encode() for part in ("null", text))
         if page.count(empty) != 1:
-            raise RuntimeError(f"{PAGE} has no one place for a model")
+            raise RuntimeError(f"{PAGE} must have exactly one place for a model")
         page = page.replace(empty, filled)
     return write_whole(path, page)
 

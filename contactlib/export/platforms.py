@@ -84,12 +84,12 @@ def _checked(platforms: Sequence[str] | None) -> list[str]:
     if platforms is None:
         platforms = [kernel.platform_name()]
     names = [platforms] if isinstance(platforms, str) else list(platforms)
-    known = f"must be one of {', '.join(PLATFORMS)}, or all"
+    known = f"must be one of: {', '.join(PLATFORMS)}, all"
     if not names:
-        raise ValueError(f"platforms is empty, {known}")
+        raise ValueError(f"platforms = [] {known}")
     for name in names:
         if name not in (*PLATFORMS, "all"):
-            raise ValueError(f"platform {name!r} {known}")
+            raise ValueError(f"platforms = {name!r} {known}")
     return [name for name in PLATFORMS if name in names or "all" in names]
 
 

@@ -54,7 +54,7 @@ def file_formats(listed: str, what: str = "formats") -> tuple[str, ...]:
     formats = tuple(name.strip().lower() for name in listed.split(","))
     for name in formats:
         if name not in known:
-            raise ValueError(f"{what} must be one of: {', '.join(sorted(known))}; got {name!r}")
+            raise ValueError(f"{what} = {name!r} must be one of: {', '.join(sorted(known))}")
     return formats
 
 

@@ -61,7 +61,7 @@ def thermal_strips(contact: ThermalContact, creepages: Sequence[float], *, speed
         If a number is out of range, or there are more than three creepages.
     """
     if not 1 <= len(creepages) <= len(paint.three):
-        raise ValueError(f"creepages has {len(creepages)} numbers: must be 1 to 3")
+        raise ValueError(f"creepages has {len(creepages)} numbers: must have 1 to 3")
     with styled():
         figure, (left, right) = new_figure(9.6, 4.6, ncols=2)
         xi = np.linspace(-1.0, 1.0, 401)

@@ -46,7 +46,7 @@ def patch_traction(law: Law, normalized_creepage: float) -> Patch:
     """
     checked("normalized_creepage", normalized_creepage, POSITIVE)
     if law.contact != "elliptic":
-        raise ValueError(f"a contact patch needs contact='elliptic': the law has {law.contact!r}")
+        raise ValueError(f"law.contact = {law.contact!r} must be 'elliptic'")
     theta = np.linspace(0.0, 0.5 * np.pi, (STRIPS + 1) // 2)
     eta, w = np.sin(theta)[:, None], np.cos(theta)[:, None]
     eta[-1], w[-1] = 1.0, 0.0

@@ -135,7 +135,7 @@ def fold_diagram(
     In a ramp that falls fast the wheel re-adheres below the return: the inertia of the decelerating
     wheel drives the contact as well, J domega/dt in addition to the torque. The steady states are
     those at `speed`; if the runs leave it, the title states this, and thin lines are the steady
-    states at the speed at which creep control holds its own.
+    states at the speed of the run under creep control.
     """
     fold = find_fold(wheelset, speed=speed)
     bottom = 0.2 * min(wheelset.element.saturation_creepage, fold.creepage)

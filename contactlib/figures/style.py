@@ -77,7 +77,7 @@ def styled(more: Mapping[str, Any] | None = None) -> Iterator[None]:
 
 
 class _Paint:
-    """Colours in the style that holds: black and white are those of text and axes."""
+    """Colours in the present style: black and white are the colours of text and axes."""
 
     @property
     def ink(self) -> str:

@@ -104,11 +104,11 @@ def check_names(names: Collection[str]) -> None:
     for name in names:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) or name.lower() in RESERVED:
             raise ValueError(
-                f"controllers.{name!r} is not a name for a controller: it must be of 1 to 64 ASCII "
-                f"letters, digits, _ and -, and none of: {', '.join(RESERVED)}"
+                f"controllers.{name!r} is not a name for a controller: it must have 1 to 64 ASCII "
+                f"letters, digits, _ or -, and not be one of: {', '.join(RESERVED)}"
             )
     if len({name.lower() for name in names}) < len(names):
-        raise ValueError("controllers: two names differ by capital letters only, as files must not")
+        raise ValueError("controllers: names must differ in more than capital letters, as files do")
 
 
 def read_controllers(sections: object) -> dict[str, ControllerDesign]:
@@ -225,7 +225,7 @@ class Scenario(Parameters):
             raise ValueError(f"held_speed = {self.held_speed!r}: the wheelset's speed is {state}")
         if self.held_speed is not None and self.initial_speed != float(self.held_speed(0.0)):
             raise ValueError(
-                f"initial_speed = {self.initial_speed!r} is not that of held_speed, "
+                f"initial_speed = {self.initial_speed!r} must be that of held_speed, "
                 f"{float(self.held_speed(0.0))!r}"
             )
         if not self.controllers:
@@ -337,7 +337,7 @@ KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 
 def read_sections(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
-    """Read all sections, so that all mistakes come at once; None for one that is absent."""
+    """Read all sections, so that all mistakes come at once; None for a section that is absent."""
     with Mistakes(data) as mistakes:
         for key, read in (("name", title), ("source", text)):
             if key in data:

@@ -293,7 +293,7 @@ def fit(
     def law_with(values: Mapping[str, float]) -> Law:
         made: Law = law(**{name: values[name] for name in of_law}, **options)
         if heat and getattr(made, "contact", heat.shape) != heat.shape:
-            raise ValueError(f"heat is that of a contact that is {heat.shape}, but not the law")
+            raise ValueError(f"heat.shape = {heat.shape!r} must be the law's contact")
         return made
 
     def all_values(theta: FloatArray) -> dict[str, float]:

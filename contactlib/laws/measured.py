@@ -166,7 +166,7 @@ class MeasuredCurve:
             if stray is not None:
                 warn(
                     f"{name}: the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is "
-                    f"{off:.2g} off the curve through the others; is it a slip of the pen?"
+                    f"{off:.2g} off the curve through the others; is it a typing error?"
                 )
         if end - curve(u.max() * (1.0 - 1.0 / number)) > RISING * end:
             warn(

@@ -90,8 +90,8 @@ class TractionData:
         bad = _against(*columns[:2])
         if bad is not None:
             raise ValueError(
-                f"TractionData: point {bad + 1}: the traction coefficient {columns[1][bad]:.4g} is "
-                f"against its creepage {columns[0][bad]:.4g}: {ONE_SIGN}"
+                f"TractionData: point {bad + 1}: the traction coefficient {columns[1][bad]:.4g} "
+                f"and the creepage {columns[0][bad]:.4g} have opposite signs: {ONE_SIGN}"
             )
         for name, column in zip(COLUMNS, columns, strict=False):
             column.flags.writeable = False
@@ -131,7 +131,7 @@ class TractionData:
             Running speed [m/s], if no column gives it.
         load : float, optional
             Vertical load of the wheel or wheels whose force was measured [N]: of one wheel if the
-            force is that of one wheel, of the axle if it is that of the axle. The second of the
+            force acts on one wheel, of the axle if it acts on the axle. The second of the
             `columns` is then this force, in N or in the unit that the file gives; default:
             creep_force.
 
@@ -321,8 +321,8 @@ def _read_columns(
     against = _against(found["creepage"], found["traction_coefficient"])
     if against is not None:
         raise ValueError(
-            f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} is against "
-            f"{shown_names[0]} = {float(table[against, 0])!r}: {ONE_SIGN}"
+            f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} and "
+            f"{shown_names[0]} = {float(table[against, 0])!r} have opposite signs: {ONE_SIGN}"
         )
     return found, lines
 

@@ -19,7 +19,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
-from contactlib.runs.accumulators import Seen, Vehicles
+from contactlib.runs.accumulators import DerivedRows, Vehicles
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.derived_columns import UNITS, Block
 from contactlib.runs.outcomes import OUTCOMES, accumulators
@@ -47,8 +47,8 @@ class Kept:
         self._when, self._done = when, 0
         self._parts: dict[str, list[FloatArray]] = {name: [] for name in UNITS}
 
-    def see(self, block: Block) -> float:
-        """Take in the next rows; return the fraction of all rows that there are."""
+    def add(self, block: Block) -> float:
+        """Add the next rows; return the fraction of all rows that there are."""
         for name, parts in self._parts.items():
             parts.append(np.array(block[name]))
         self._done += block.time.size
@@ -80,7 +80,7 @@ def run_scenario(
         Vehicle, track, demand and sensors.
     controller : str, SampledController, TractionController, TorqueControl or CreepControl
         Name of one of the scenario's controllers, or an object of your own; the run works on a copy
-        of it. The last two are continuous: `simulate` runs them, with its own rows.
+        of it. The last two are continuous: `simulate` runs them and determines the rows.
     initial_creepage : float, optional
         Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
         backward.
@@ -93,7 +93,7 @@ def run_scenario(
         output interval of `simulate`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. Default: 1e-7; under a continuous
-        controller 1e-9, as of `simulate`.
+        controller 1e-9, as for `simulate`.
     progress : callable, optional
         Called with the fraction of the duration that is done, from 0 to 1.
 
@@ -140,7 +140,7 @@ def run_scenario(
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
             checked(name, block["commanded_torque"], FINITE)
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
-        progress(kept.see(block))
+        progress(kept.add(block))
     result = next(kept.results())
     warn_of_damage(result)
     return result
@@ -315,8 +315,8 @@ def checked_metrics(
     for name, metric in (metrics or {}).items():
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name) or name in taken:
             raise ValueError(
-                f"metrics: {name!r} is not a name for a metric: it must be of 1 to 64 ASCII "
-                "letters, digits and _, begin with a letter, and not be taken by an outcome or axis"
+                f"metrics: {name!r} is not a name for a metric: it must have 1 to 64 ASCII "
+                "letters, digits or _, begin with a letter, and not name an outcome or axis"
             )
         if not callable(metric):
             raise ValueError(
@@ -348,11 +348,11 @@ def _watch(
     watching = accumulators(outcomes, vehicles)
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
-            rows = Seen(block, vehicles)
+            rows = DerivedRows(block, vehicles)
             for accumulator in watching.values():
-                accumulator.see(rows)
+                accumulator.add(rows)
             if kept is not None:
-                kept.see(block)
+                kept.add(block)
             report(block.time.size * len(runs.trains))
     return {name: accumulator.value() for name, accumulator in watching.items()}
 

@@ -136,7 +136,7 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
             "^contactlib: --controller: own controllers are run by cont",
         ),
         *(
-            (f"{command} --format png,docx", "^contactlib: --format must be .*got 'docx'$")
+            (f"{command} --format png,docx", "^contactlib: --format = 'docx' must be one of: .*$")
             for command in ("simulate x", "sweep x", "figures --paper")
         ),
         ("figures", "^contactlib: figures: pass --paper or --stability, or both$"),

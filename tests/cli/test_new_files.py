@@ -106,7 +106,7 @@ def test_every_kind_has_a_template_that_the_command_names() -> None:
 def test_nothing_is_overwritten_by_default() -> None:
     Path("my_model.toml").write_text("mine")
     error = refused("new", "model")
-    assert error == "contactlib: my_model.toml is there already: --overwrite replaces it\n"
+    assert error == "contactlib: my_model.toml already exists: --overwrite replaces it\n"
     assert Path("my_model.toml").read_text() == "mine"
     done("new", "model", "--overwrite")
     assert cl.load_model("my_model.toml").name == "My wheelset"

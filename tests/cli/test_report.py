@@ -214,7 +214,7 @@ def test_tune_reports_what_it_maximises_above_a_table_with_headings(short: Path)
     assert lines[6].split() == ["controller", "scenario", *["designed", "tuned"] * 2]
     assert lines[7].split()[:4] == ["cut", "Short", "wet", "stretch"]
     assert len(lines[7].split()) == 4 + 4
-    assert "Short wet stretch: limited utilisation, mean over noise (least)" in lines
+    assert "Short wet stretch: limited utilisation, mean over noise (minimum)" in lines
     assert {path.name for path in (short / "out").iterdir()} == {
         "settings.toml",
         "errors.csv",

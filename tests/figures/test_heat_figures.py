@@ -70,7 +70,7 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
 
 
 def test_bad_input_is_refused(contact: ThermalContact) -> None:
-    with pytest.raises(ValueError, match="creepages has 4 numbers: must be 1 to 3"):
+    with pytest.raises(ValueError, match="creepages has 4 numbers: must have 1 to 3"):
         thermal_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
     with pytest.raises(ValueError, match=r"speeds = 0\.0"):
         thermal_curves(contact, (10.0, 0.0))

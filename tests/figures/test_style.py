@@ -271,7 +271,7 @@ def test_no_other_format_is_written(tmp_path: Path) -> None:
     figure, _ = new_figure(3.0, 2.0)
     known = ", ".join(sorted(FigureCanvasAgg.get_supported_filetypes()))
     for name in ("x", "x.docx", "x.PNG.exe"):
-        with pytest.raises(ValueError, match=f"{name}: the suffix must be one of: {known}; got "):
+        with pytest.raises(ValueError, match=f"{name}: the suffix = '.*' must be one of: {known}"):
             figures.save(figure, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 

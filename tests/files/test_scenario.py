@@ -373,7 +373,7 @@ ADDED = [
         (
             "[controllers.first]",
             '[controllers.First]\nkind = "open_loop"\n[controllers.first]',
-            r"differ by capital letters only",
+            r"differ in more than capital letters",
         ),
     ],
 )

@@ -112,7 +112,7 @@ MISTAKES = [
     ("creepage,traction_coefficient,speed\n1,2,0\n", "line 2: speed = 0.0 .* > 0"),
     (
         "creepage,traction_coefficient\n0,0.1\n1,0.3\n2,-0.3\n",
-        "line 4: traction_coefficient = -0.3 is against creepage = 2.0: both are positive in",
+        "line 4: traction_coefficient = -0.3 and creepage = 2.0 have opposite signs: both",
     ),
     ("creepage,traction_coefficient\n1,\xb5\n", "line 2: traction_coefficient = "),
 ]
@@ -216,7 +216,9 @@ def test_points_do_not_change() -> None:
 def test_small_tractions_about_zero_may_have_either_sign() -> None:
     data = TractionData([0.0001, 0.01, 0.02], [-0.002, 0.3, 0.29])
     assert data.traction_coefficient[0] == -0.002
-    with pytest.raises(ValueError, match=r"point 1: .* -0\.05 is against its creepage 0\.0001"):
+    with pytest.raises(
+        ValueError, match=r"point 1: .* -0\.05 and the creepage 0\.0001 have opposite signs"
+    ):
         TractionData([0.0001, 0.01, 0.02], [-0.05, 0.3, 0.29])
 
 

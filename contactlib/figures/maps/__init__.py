@@ -92,7 +92,7 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     """
     if outcome not in dataset.data_vars or not dataset[outcome].dims:
         known = [str(name) for name, values in dataset.data_vars.items() if values.dims]
-        raise ValueError(f"outcome must be one of {', '.join(known)}; got {outcome!r}")
+        raise ValueError(f"outcome = {outcome!r} must be one of: {', '.join(known)}")
     sweep, source = (_plain(dataset.attrs.get(key, "")) for key in ("title", "source"))
     described = _plain(dataset[outcome].attrs.get("long_name", ""))
     name = words(dataset[outcome]).name

@@ -64,7 +64,7 @@ class Layout(NamedTuple):
     axes : tuple of DataArray
         One axis for lines, two (across, up) for a map.
     further : DataArray or None
-        The axis each of whose values has a line or a map of its own.
+        The axis that has a line or a map for each of its values.
     note : str
         The other parameters of the sweep, with the values shown; may be empty.
     cases : tuple of Case

@@ -167,7 +167,7 @@ def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction
 
 
 def _frictions(wheelset: Wheelset, speed: float, torque: float) -> FloatArray:
-    """Frictions of a patch, closely spaced near the one that carries the torque permanently."""
+    """Frictions of a patch, closely spaced near the one that holds the torque permanently."""
 
     def short(friction: float) -> float:
         return find_fold(wheelset, speed=speed, friction_scale=friction).drive_torque - torque

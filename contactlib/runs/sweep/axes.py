@@ -26,7 +26,7 @@ from contactlib.traction.interface import Controller
 
 PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[([0-9]+)\])?")
 EXAMPLES = "vehicle.wheelset.inertia, track.friction[1] or controllers.creep_pi.reference"
-# Names that a dataset uses itself, and those of the dimensions of strings in its file.
+# Names that a dataset uses itself, and the names of dimensions of strings in its file.
 TAKEN = re.compile(r"controller|run|failed|string\d+")
 # Keys that define the values of an axis of a grid (True) and of a random sample (False).
 WAYS: dict[bool, tuple[Callable[..., Spread], ...]] = {
@@ -299,9 +299,9 @@ def read_axes(
         known = TAKEN.fullmatch(name) or name in SWEEP_OUTCOMES
         if known or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", name):
             raise ValueError(
-                f"axes.{name!r} is not a name for an axis: it must be of 1 to 64 ASCII letters, "
-                "digits and _, begin with a letter, and not be that of an outcome nor "
-                "controller, run, failed, string1, string2, ..., which the results have themselves"
+                f"axes.{name!r} is not a name for an axis: it must have 1 to 64 ASCII letters, "
+                "digits or _, begin with a letter, and not be the name of an outcome or one of the "
+                "results': controller, run, failed, string1, string2, ..."
             )
         with in_file(f"axes.{name}"):
             axis = read_axis(name, section, contents, controllers, grid=grid)

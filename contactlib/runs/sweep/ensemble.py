@@ -139,7 +139,7 @@ def report(sweep: Sweep, dataset: Dataset) -> list[str]:
     table.append(["failed", "1", *counts, *("" for _ in analysed if names)])
     return [
         *(_first_failure(sweep, failed) if failed.any() else ()),
-        f"Median (least, largest) of {sweep.runs} runs, without those that failed:",
+        f"Median (minimum, maximum) of {sweep.runs} runs, without those that failed:",
         *fixed_width(table).split("\n"),
     ]
 

@@ -100,6 +100,6 @@ def test_every_outcome_has_its_files(tmp_path: Path) -> None:
 
 
 def test_unknown_outcomes_are_refused() -> None:
-    message = "outcome must be one of critical_torque, .*stable; got 'stabel'"
+    message = "outcome = 'stabel' must be one of: critical_torque, .*stable"
     with pytest.raises(ValueError, match=message):
         map_figure(analysed(), "stabel")
