@@ -172,7 +172,7 @@ def check_sources() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         compile_library(host(), Path(scratch) / "checked", "-Werror")
         for name in ("fmi2", "fmi3"):
-            # As of a system, for they have warnings of their own.
+            # As system headers, since they have warnings of their own.
             standard = (f"-isystem{headers}", "-include", f"{name}Functions.h")
             made = str(Path(scratch) / name)
             zig_cc(host(), *strict, *standard, "-c", f"fmi/{name}.c", "-o", made)

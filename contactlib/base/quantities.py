@@ -121,7 +121,7 @@ class Quantity(Limits):
         return self.usual is None or self.usual[0] <= value <= self.usual[1]
 
     def doubt(self, name: str, value: float) -> str | None:
-        """Sentence on a number that is not usual; None for one that is."""
+        """Sentence on a number that is not usual; None if it is usual."""
         if self.usual is None or self.is_usual(value):
             return None
         low, high = self.usual
@@ -375,8 +375,8 @@ class Parameter:
 def declared(source: Any) -> Mapping[str, Parameter]:
     """Quantities, texts and lists of them that a class or function declares as its parameters.
 
-    A parameter of a class method without its own limits is the field of that name. Python's
-    ``from_`` is the key ``from``.
+    A parameter of a class method that declares no limits has those of the field of that name.
+    Python's ``from_`` is the key ``from``.
     """
     hints = get_type_hints(source, include_extras=True)
     inherited: Mapping[str, Parameter] = {}

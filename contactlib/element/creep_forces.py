@@ -86,7 +86,9 @@ class CreepForces(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.table.options.get("contact") != "elliptic" and not self.table.one_axis:
-            raise ValueError(f"CreepForces.table = {self.table.law!r} must be of an ellipse")
+            raise ValueError(
+                f"CreepForces.table = {self.table.law!r} must be the table of an ellipse"
+            )
 
     @classmethod
     def of(cls, element: ForceElement) -> CreepForces:

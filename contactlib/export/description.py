@@ -127,7 +127,7 @@ class Description:
     booleans : bool, optional
         Whether truth values are Booleans; else real numbers, 0 or 1.
     whole_wheelset : bool, optional
-        Whether the force element is that of all wheels of the wheelset. Default: that of one wheel.
+        Whether the force element is all wheels of the wheelset. Default: one wheel.
     starts : mapping of str to float, optional
         Start values by name, in place of the model's; names that are not of this kind are ignored.
     author, version : str or None, optional
@@ -177,7 +177,7 @@ class Description:
 
     @property
     def carriers(self) -> str:
-        """Those that share the load and give the force, in words."""
+        """The wheels that share the load and give the force, in words."""
         wheels = self.element.wheels
         return "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
 
@@ -274,7 +274,7 @@ class Description:
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
-        """All variables of the FMU, by rising value reference."""
+        """All variables of the FMU, in the order of their value references."""
         entries, friction = enumerate(kernel.model_variables(self.kind)), self.element.friction
         thermal, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
         parts = {
@@ -311,7 +311,7 @@ class Description:
         )
 
     def _described(self, entry: kernel.Variable) -> str:
-        """The kernel's description; of load and force, with those that share them."""
+        """The kernel's description; that of load and force names the wheels that share them."""
         if entry.name in ("normal_load", "creep_force", "nominal_load"):
             return f"{entry.description}; of {self.carriers}"
         return entry.description

@@ -142,7 +142,7 @@ def _source(name: str) -> str:
 
 
 def _lines(name: str, seen: set[str]) -> Iterator[str]:
-    """Lines of a source, with those of the files that it includes in their places, once."""
+    """Lines of a source, in which each include becomes the lines of its file, once."""
     for line in KEPT_FROM_IT.sub("", _source(name)).splitlines(keepends=True):
         included = re.match(r'#include ["<](.*)[">]', line)
         if included is None:

@@ -1,6 +1,6 @@
 """The creep curve as a table for other tools: few points, and a stated error between them.
 
-The points along an axis are those of a longest-step walk: from one point, the next lies as far away
+The points along an axis come from a longest-step walk: from one point, the next lies as far away
 as the interpolation error allows. This gives the minimum number of points on the curve.
 """
 
@@ -39,7 +39,7 @@ DEFAULT_SPEED = 10.0  # m/s
 MAX_ENTRIES = 10_000_000
 MAX_EXACT = 16  # operating points whose peaks and kinks are all among the creepages
 AXIS_POINTS = 201  # of an axis, and of the creepage, when the axis's points are chosen
-CHECKED = 400  # operating points at which the error is looked for
+CHECKED = 400  # operating points at which the error is measured
 AXES = {  # unit and meaning
     "normal_load": ("N", "load of all wheels together"),
     "speed": ("m/s", "forward speed"),
@@ -180,7 +180,7 @@ def lookup_table(
             "error": error,
             "largest_error_found": found,
             "error_is": "of the interpolated creep_force, over the largest force at the same load, "
-            f"speed and friction; looked for at {points} points{other}",
+            f"speed and friction; measured at {points} points{other}",
             "symmetry": "the force at a negative creepage is minus that at the positive one",
         },
     )

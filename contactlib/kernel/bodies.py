@@ -140,7 +140,7 @@ class NativeCurve:
     body : NativeWheelset, optional
         Default: the curve is that of the creep force.
     **conditions : float
-        Members of the struct `creep_conditions`; a pair for those of the two wheels.
+        Members of the struct `creep_conditions`; a pair where the two wheels may differ.
     """
 
     def __init__(

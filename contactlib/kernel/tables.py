@@ -62,7 +62,7 @@ class NativeContact:
     Raises
     ------
     ValueError
-        If the bytes are not those of a contact.
+        If the bytes do not describe a contact.
     """
 
     def __init__(self, table: NativeTable, data: bytes, *, any_ellipse: bool = False) -> None:

@@ -271,7 +271,7 @@ class CohesiveZone(ContactLaw):
         return sign * along.slip
 
     def _state(self, x: float, w: float) -> tuple[float, float]:
-        """Stick length and edge slip of the strip with relative half-width w, in its own units."""
+        """Stick length and edge slip of the strip of relative half-width w, in its units."""
         if abs(x) <= MIN_X or w == 0.0:
             return (2.0, 0.0) if w > 0.0 else (0.0, 0.0)
         return find_state(

@@ -114,7 +114,7 @@ class LineContact(Parameters):
         normal_load: Annotated[float, NORMAL_LOAD],
         poisson_ratio: float = poisson_ratio,
     ) -> LineContact:
-        """Make the contact from its semi-width, and numbers as of the class.
+        """Make the contact from its semi-width; the other numbers are the fields of the class.
 
         Parameters
         ----------
@@ -247,7 +247,7 @@ class EllipticContact(Parameters):
         poisson_ratio: float = poisson_ratio,
         theory: Theory = theory,
     ) -> EllipticContact:
-        """Make the contact from its semi-axes, and numbers as of the class.
+        """Make the contact from its semi-axes; the other numbers are the fields of the class.
 
         Parameters
         ----------

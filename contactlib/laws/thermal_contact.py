@@ -41,7 +41,7 @@ def friction_factor(
     k_hat: ArrayLike = 0.0,
     contact: str = "line",
 ) -> FloatArray:
-    """Fraction g of the friction that a hot contact keeps, in closed form: the kernel's.
+    """Fraction g of friction that thermal softening leaves, by the kernel's closed form.
 
     It applies to friction f0 (1 - T/T_m). The heat number n is V zeta0/w_T with the softening speed
     w_T, the slip speed that would warm the contact by T_m at constant friction f0.
@@ -97,7 +97,7 @@ class ThermalStrip(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ThermalContact(Parameters):
-    """Creep force of a contact whose friction falls with its own flash temperature.
+    """Creep force of a contact whose friction falls with its flash temperature.
 
     Both friction coefficients fall alike. Slip weakening follows the Carter-Griffith law.
 

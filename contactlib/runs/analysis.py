@@ -1,4 +1,4 @@
-"""Outcomes of a sweep: those of runs, and those of the stability analysis of each wheelset."""
+"""Outcomes of a sweep, from runs and from the stability analysis of each wheelset."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Analysis:
 
     The torque is the demand of the largest size; the patch has the smallest friction factor that
     the track has under any wheel at any time, and its smallest factor on the slope. Results that
-    several outcomes use are computed once. Critical torques are those of driving: damping increases
-    them, and decreases those of braking.
+    several outcomes use are computed once. Critical torques are for driving, where damping
+    increases them; in braking it decreases them.
     """
 
     def __init__(self, scenario: Scenario) -> None:

@@ -250,7 +250,7 @@ class Plant:
         Time from one sample to the next [s]. Default: 10 ms.
     step : float, optional
         Longest time between rows, over which friction and wheel load are held [s]; rounded down to
-        a whole fraction of the sample time. Default: as of `run_scenario`.
+        a whole fraction of the sample time. Default: as for `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     initial_creepage : float, optional
@@ -461,7 +461,7 @@ class Plant:
         self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
-        """The measurement as arrays of its own, or as numbers of one wheelset."""
+        """The measurement as new arrays, or as numbers of one wheelset."""
         if self._alone:
             return measured
         return Measurement(*(np.full(len(self.trains), x) for x in measured))
@@ -489,7 +489,7 @@ class Runs(Plant):
     Parameters
     ----------
     scenarios : sequence of Scenario
-        As of `Plant`; all of their frictions fall with slip speed or none does.
+        As for `Plant`; friction falls with slip speed in all of them or in none.
     control : TractionController
         Controller of all runs, with parameters stacked.
     timing : Timing
@@ -583,7 +583,7 @@ class Runs(Plant):
         """Answer of a method of the controller at a row."""
         try:
             return getattr(self._control, method)(*given)
-        except (ValueError, RuntimeError):  # as of a SampledController, already explained
+        except (ValueError, RuntimeError):  # as from a SampledController, already explained
             raise
         except USERS_ERRORS as error:
             what = f"{type(self._control).__name__}.{method} at {self._timing.step * row:.6g} s"

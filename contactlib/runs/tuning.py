@@ -128,8 +128,8 @@ def tune(
 ) -> Tuning:
     """Search settings of a controller that suit all of the scenarios at once.
 
-    Searched are the settings of `search_ranges`: those that a controller of your own declares, and
-    of a shipped one those of its design, from a quarter of the design to four times.
+    The settings of `search_ranges` are searched: those that a controller of your own declares; of a
+    shipped controller those of its design, from a quarter of their value to four times.
 
     The objective is the mean of limited and adhesion utilisation, of all scenarios, of all sensors
     of `erring` and sequences of noise. So force that is lost while friction limits counts, and so
@@ -153,7 +153,7 @@ def tune(
     Raises
     ------
     ValueError
-        If a value is out of range, or a scenario has no such controller or one that declares no
+        If a value is out of range, or a scenario lacks this controller, or it declares no
         settings.
     RuntimeError
         If a controller of your own raises an error.
@@ -291,8 +291,8 @@ def sensor_errors(
 ) -> xr.DataArray:
     """Limited utilisation of controllers with sensor errors that they cannot correct.
 
-    The sensors are those of `erring`, and then none of the vehicle speed, which is estimated from
-    the wheels.
+    The sensors have the errors of `erring`; in the last case none measures the vehicle speed, which
+    is estimated from the wheels.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def move_until(
         The wheelset.
     *crossings : mapping
         Weights of ``creepage`` and ``abs_speed``, and the ``level`` of their sum; the motion ends
-        at the first one that is passed.
+        at the first level that is passed.
     creepage : float
         Creepage at the start [1].
     at : Conditions

@@ -57,7 +57,7 @@ def clearing(
     drive_torque : float
         Constant torque [N.m].
     slope : float, optional
-        Factor on the creep force's initial slope on the patch, as of `Track.slope` [1]. Default: 1.
+        Factor on the creep force's initial slope on the patch, see `Track.slope` [1]. Default: 1.
 
     Returns
     -------

@@ -35,7 +35,7 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     where the point is stable at constant torque. Infinite where no gain stabilises it: with
     damping, and a resistance that does not grow with speed, a faster vehicle gets less torque from
     the drive, has less creepage, and on the falling branch thereby more force, which accelerates it
-    further. Without damping such a vehicle is indifferent to its speed, and the trace decides.
+    further. Without damping the vehicle is indifferent to its speed, and the trace decides.
 
     Where friction does not fall with slip speed the two bounds are, with F' = dF/dV,
 

@@ -35,7 +35,7 @@ CORNER_GRIDS = {  # by twice the corner's power
     5: ((416, 160), (512, 232), (640, 288), (832, 384), (1024, 480)),
 }
 # Part of the range of sqrt(k_hat) below which the corner's terms fade out, and with which power. At
-# very small k_hat a law has no corner, where none of them may be left.
+# very small k_hat a law has no corner, so none of the terms may remain.
 FADES = {4: (0.14, 4), 5: (0.25, 10)}
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest

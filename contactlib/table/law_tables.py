@@ -88,7 +88,7 @@ def _kept(name: str, build: Callable[[], CreepForceTable]) -> CreepForceTable:
     table = build()
     keep_in_cache(path, table.data)
     kept = sorted(folder.glob("*.bin"), key=lambda p: (_sources() in p.name, p == path))
-    for surplus in kept[:-MAX_KEPT]:  # those of other releases first
+    for surplus in kept[:-MAX_KEPT]:  # tables of other releases first
         with suppress(OSError):
             surplus.unlink()
     return table

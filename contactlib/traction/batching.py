@@ -1,9 +1,9 @@
 """Controllers of many wheelsets made of single ones.
 
 A stacked controller has arrays in place of fields that differ, one element for each wheelset. As
-controllers are elementwise, its torques equal those of the single ones to the last bit. Derived
-values are stacked too instead of being computed again. Controllers with a state of their own are
-copied instead, one for each wheelset.
+controllers are elementwise, its torques equal those of the single controllers to the last bit.
+Derived values are stacked too instead of being computed again. Controllers that keep a state in
+themselves are copied instead, one for each wheelset.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ from contactlib.vehicle.drivetrain import Drivetrain
 BAND = 0.15  # lack of creepage / reference beyond which the creepage is far below the reference
 CUT = 0.25  # rate at which a spinning wheel's torque is reduced / rate at which it is restored
 BELOW_PEAK = 0.8  # reference / creepage of the nominal peak: on the stable side
-LACK = 0.9  # torque / demand below which an unknown error of the creepage is looked for
+LACK = 0.9  # torque / demand below which an unknown error of the creepage is measured
 MAX_SHARE = 2.0  # of the scheduled reference / given reference
 
 

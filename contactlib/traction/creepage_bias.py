@@ -24,7 +24,7 @@ from contactlib.base.quantities import FloatArray
 
 KNOWN = 6e-4  # standard deviation of the error at which it counts as known [1]
 SHARE = 0.25  # standard deviation of the slip that counts as known / by noise
-FORGOTTEN = 3.0  # times as much: the error is looked for again
+FORGOTTEN = 3.0  # times as much: the error is measured again
 FORGETTING = 60.0  # time from known to forgotten [s]
 MODEL = 5e-4  # standard deviation of what else shifts a sample [1]
 SETTLING = 0.06  # time of calm slip before samples are used [s]

@@ -46,8 +46,9 @@ def available_force(
     """Largest |creep force| over all creepages at given speeds [N]; arguments broadcast.
 
     If friction falls with slip speed, the peak is lower at higher vehicle speed, where its creepage
-    means more slip speed. Braking and driving have the same peak; with heat that of driving is
-    higher by less than 1e-3, as a faster rim carries more heat away, and it is the one meant.
+    means more slip speed. The peak is the same in braking and driving, unless friction falls with
+    temperature: then it is higher in driving by less than 1e-3, as a faster rim carries more heat
+    away, and the result is that of driving.
 
     Parameters
     ----------

@@ -164,7 +164,7 @@ class Track:
         friction_over_time: Annotated[Values, FACTOR] = (),
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
     ) -> Track:
-        """Make the track from lists of places and of factors there, which are as of the class.
+        """Make the track from lists of places and of factors, which are the fields of the class.
 
         Parameters
         ----------

@@ -37,7 +37,7 @@ class WheelLoad(Parameters):
     Parameters
     ----------
     time : tuple of float, optional
-        Breakpoints of the factor, as of a `Profile` [s].
+        Breakpoints of the factor, as in a `Profile` [s].
     factor : tuple of float, optional
         Factor at these [1].
     frequency : tuple of float, optional

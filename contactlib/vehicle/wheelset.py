@@ -387,7 +387,7 @@ def geared_inertia(
         Moment of inertia J about the axle, with the drive's, geared; without the rotor's if the
         next two are given [kg.m2].
     rotor_inertia : float, optional
-        Moment of inertia of the motor's rotor about its own shaft [kg.m2]. With `gear_ratio` n, the
+        Moment of inertia of the motor's rotor about its shaft [kg.m2]. With `gear_ratio` n, the
         wheelset has J = inertia + n^2 rotor_inertia.
     gear_ratio : float, optional
         Speed of the rotor / speed of the wheelset [1].

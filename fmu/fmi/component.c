@@ -100,7 +100,7 @@ static int is_in_range(const model_variable *v, double value) {
 }
 
 /* The first parameter, input or state whose value a tool could not have set, in an instance with
- * these start values; NULL if nothing is. */
+ * these start values; NULL if all can. */
 static const model_variable *misplaced(const model *m, const model_values *start,
                                        const model_values *values) {
     for (size_t i = 0; i < m->count; i++) {
@@ -276,8 +276,8 @@ static int is_first(component *self, single_warning warning) {
     return first;
 }
 
-/* Say once that a wheel slips without a force, as no tool has given it a load or friction yet: it
- * may set inputs to zero that are not connected. One that lifts off had a load before. */
+/* Log once that a wheel slips without a force because the tool has set no load or friction yet: it
+ * may set unconnected inputs to zero. A wheel that lifts off had a load before. */
 static void check_grip(component *self) {
     const model_values *v = &self->now.values;
     const force_element_input *in = &v->input;

@@ -85,7 +85,7 @@ result component_update_flags(component *self); /* at an event */
 
 /* Variables by reference; truth values are 0 or 1. */
 result component_get(component *self, unsigned reference, int boolean, double *value);
-/* Check all values of a call first, then put them, so that the call sets all of them or none. */
+/* Check all values of a call first, then set them, so that the call sets all of them or none. */
 result component_check(component *self, unsigned reference, int boolean, double value);
 void component_put(component *self, unsigned reference, double value);
 

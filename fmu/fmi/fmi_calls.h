@@ -92,7 +92,7 @@ CALL_ALONE(Reset) {
 /* ---- values -------------------------------------------------------------------------------- */
 
 /* Getter and setter of real numbers and of truth values; the last parameters are what the version
- * adds to theirs, and checks. A setter checks all values, then puts them. */
+ * adds to theirs, and checks. A setter checks all values, then sets them. */
 #define VALUES_OF(type, boolean, status_of, from_double, to_double, further, check) \
     CALL(Get##type, REFERENCES, FMI(type) values[] further) {                       \
         CORE(c, ANY_STAGE);                                                         \

@@ -147,7 +147,7 @@ const char TRUTH[] = "Boolean";
 #define BODY_INPUTS \
     GIVEN(INPUT, "drive_torque", "N.m", "torque of the drive on the wheelset", -1e12, 1e12, \
           drive_torque), \
-    GIVEN(INPUT, "resistance_force", "N", "further force against the motion, as of a train", \
+    GIVEN(INPUT, "resistance_force", "N", "further force against the motion, such as that of a train", \
           -1e12, 1e12, resistance_force)
 
 #define VELOCITIES(role) \

@@ -327,9 +327,9 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
         if (!(at->normal_load[i] > 0.0) || at->friction_scale[i] < MIN_FRICTION_SCALE) continue;
         contact_scales scales;
         force_element_scales(&c.contact, at->normal_load[i], at->friction_scale[i], &scales);
-        /* Friction that falls with the slip speed moves the peak at most to the saturation creepage
-         * of what is left of it; that of a hot contact is at zeta0/sqrt(V zeta0/w_T), and V zeta0
-         * is below 400 w_T for any steel. */
+        /* If friction falls with slip speed, the peak moves at most to the saturation creepage of
+         * the remaining friction; with thermal softening it is at zeta0/sqrt(V zeta0/w_T), and
+         * V zeta0 is below 400 w_T for any steel. */
         double left =
             softens_with_heat(&c.contact) ? 0.05 : fmax(c.contact.slip_rate_residual, 1e-6);
         double fall = c.contact.slip_rate_decay * at->speed * scales.saturation_creepage;

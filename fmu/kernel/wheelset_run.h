@@ -40,7 +40,7 @@ typedef struct {
     double memory;          /* of the controller [N.m] */
     double time;            /* [s] */
     double distance;        /* [m] */
-    double drive_work;      /* works as of a drivetrain [J] */
+    double drive_work;      /* works, as in a drivetrain [J] */
     double creep_work;      /* [J] */
     double resistance_work; /* [J] */
     double loss_work;       /* [J] */

@@ -101,7 +101,7 @@ def load_sweep(
 
     With ``noise = "common"``, the default of a grid, every run has the sensors' noise of index 0
     of its seed, so that runs differ by their parameters alone; with ``noise = "independent"``, the
-    default of random samples, each run has the noise of its own index.
+    default of random samples, each run has the noise of its index.
 
     Parameters
     ----------

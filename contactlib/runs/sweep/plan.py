@@ -61,7 +61,7 @@ class Plan:
         Outcomes to report, from the tables below.
     noise : str
         ``common`` if all runs have the sensors' noise of index 0 of their seed, so that they differ
-        by their parameters alone, ``independent`` if each has that of its own index. A file's
+        by their parameters alone, ``independent`` if each has the noise of its index. A file's
         default: common on a grid.
     step : float or None
         Longest time between rows [s]. Default: 10 ms, or less: a twentieth of the axle's vibration
@@ -201,7 +201,7 @@ class ScenarioBuilder:
     def build_table(
         self, row: Sequence[float], progress: Callable[[float], object]
     ) -> CreepForceTable:
-        """Build the law's table of a run; ValueError as of `build`."""
+        """Build the law's table of a run; ValueError as for `build`."""
         return self._wheelset(self._contents(row)["vehicle"], None, progress).element.table
 
     def table_key(self, row: Sequence[float]) -> tuple[float, ...]:
