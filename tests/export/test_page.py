@@ -134,7 +134,7 @@ def test_names_in_the_text_are_names_in_the_fmu(
     locomotive: cl.Model, kind: str, warm: bool
 ) -> None:
     if warm and kind == "creep_forces":
-        return  # which know no slip speed
+        return  # without slip speed
     sigma = SIGMA if kind == "force_element" else 0.0
     if warm:
         locomotive = replace(locomotive, wheelset=with_falling(locomotive.wheelset, 0.0))

@@ -20,23 +20,41 @@ FOLDERS = (
 KINDS = {".c", ".h", ".html", ".md", ".mo", ".py", ".toml", ".ts"}
 PATTERNS = {  # and what to write
     r"\b(MOST|LEAST)_[A-Z]": "MAX_, MIN_",
+    r"(?i)\bmost bytes\b": "file size limit",
     r"(?i)\bstranger": "untrusted",
     r"(?i)\bwitness": "reference solver",
     r"(?i)\bruns? off\b": "diverges",
+    r"(?i)(\brun(s|ning)?|\bran)[ _-]?away": "slips away, slip-away",
     r"(?i)\bfeel each other": "are coupled",
+    r"(?i)\bforces? in the plane\b|\bin[ _-]plane\b": "lateral and spin force",
+    r"(?i)\bhot[ _](friction|strips?|curves?)\b|\bis_hot\b": "thermal softening, thermal_",
+    # Polach's area of adhesion, titles of papers and an outcome's name keep the word.
+    r"(?i)(?<!re-)(?<!area of )\badhesion\b(?!$|[\"_]| (utilisation|limit|control|model|char))": (
+        "creep force, friction available"
+    ),
     r"(?i)\bof which\b": "a sentence of its own",
-    r"\b(told|said)\b": "message, error, output, reported; a subject that acts",
-    r"\b(is|are|was) wanted\b": "a subject that acts",
+    r"\b(told|said)\b": "message, error, output; reported; a subject that acts",
+    r"(?i)\b(wants|wanted|asks for|asked for)\b": "needs, requires, demands, requested",
+    r"(?i)\b(file|law|table|test|number)s? (says?|tells?|knows?)\b": "has, contains",
+    r"\bknows? (no|nothing)\b": "has no, does not depend on",
+    r"\b(does|do) not mind\b": "ignores",
+    r"\b[Aa]s of (an?|the|`)": "as for, as in",
     r"\bto be had\b": "available",
-    r"\b(is|are) none\b": "invalid, undefined, or: expected X, got Y",
+    r"\b(is|are) none\b|\bno one place\b": "invalid, undefined, or: expected X, got Y",
+    r"\bis there already\b": "already exists",
     r"(?i)\bpoints' distance\b": "fit residual",
     r"\bmust rise\b|\bnumbers that rise\b": "must be strictly increasing",
 }
 
 
-def test_plain_words() -> None:
+def files() -> list[Path]:
+    """All files of the project, without those that tools generate."""
     pages = [*ROOT.glob("*.md"), *(p for name in FOLDERS for p in (ROOT / name).rglob("*"))]
-    texts = [p for p in pages if p.suffix in KINDS and "node_modules" not in p.parts]
+    return [p for p in pages if not {"node_modules", "__pycache__"}.intersection(p.parts)]
+
+
+def test_plain_words() -> None:
+    texts = [p for p in files() if p.suffix in KINDS]
     assert len(texts) > 300
     left_out = {Path(__file__).resolve(), ROOT / "CONTRIBUTING.md"}  # which name the words
     for path in texts:
@@ -46,3 +64,10 @@ def test_plain_words() -> None:
             for pattern, instead in PATTERNS.items():
                 found = re.search(pattern, line)
                 assert not found, f"{path}:{number}: {found and found[0]!r}: write {instead}"
+
+
+def test_plain_names_of_files() -> None:
+    for path in files():
+        for pattern, instead in PATTERNS.items():
+            found = re.search(pattern, path.name)
+            assert not found, f"{path}: {found and found[0]!r}: write {instead}"

@@ -198,7 +198,7 @@ def test_what_processes_cannot_import_is_reported(
         metrics = {"local": lambda result: 1.0}
         with pytest.raises(ValueError, match=r"cannot be sent to processes: .* top of a module"):
             cl.ensemble(path, executor=pool, metrics=metrics)
-        # As of a notebook: the worker has no such class in its own main module.
+        # As from a notebook: the worker has no such class in its own main module.
         monkeypatch.setattr(sys.modules["__main__"], "SlipPI", SlipPI, raising=False)
         monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
         monkeypatch.setattr(SlipPI, "__module__", "__main__")
@@ -346,6 +346,6 @@ def test_own_controllers_count_by_numbers_and_file_or_by_key(
         assert digest(path, of_file(text), **given) == known
         assert (digest(path, of_file(text, 0.2), **given) != known) == differ
         assert (digest(path, of_file(text + "# changed"), **given) != known) == differ
-    monkeypatch.setattr(SlipPI, "__module__", "__main__")  # which cannot be read: as of a notebook
+    monkeypatch.setattr(SlipPI, "__module__", "__main__")  # which cannot be read, as in a notebook
     assert digest(path, SlipPI()) != digest(path, SlipPI())
     assert digest(path, SlipPI(), key="1") == digest(path, SlipPI(), key="1")

@@ -179,7 +179,7 @@ def test_a_killed_sweep_goes_on_and_does_no_chunk_twice(
 
 def test_a_finished_sweep_is_not_run_again(path: Path, known: bytes, tmp_path: Path) -> None:
     assert file_of(path, tmp_path) == known
-    (tmp_path / f"{path.stem}.chunks").touch()  # as of a kill at the very end
+    (tmp_path / f"{path.stem}.chunks").touch()  # as after a kill at the very end
     for _ in range(2):
         assert chunks_run(path, tmp_path, known) == []
     assert chunks_run(path, tmp_path, known, restart=True) != []
