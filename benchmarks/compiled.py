@@ -120,13 +120,13 @@ class CUsetab:
         aspects: Sequence[float],
         nodes: tuple[int, int, int],
     ) -> None:
-        least = (0.0, 0.0, -1.0, 0.0)
-        axes = [np.linspace(low, 1.0, n) for low, n in zip(least[1:], nodes, strict=True)]
+        start = (0.0, 0.0, -1.0, 0.0)
+        axes = [np.linspace(low, 1.0, n) for low, n in zip(start[1:], nodes, strict=True)]
         u = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         creepages = u / (1.0 - np.abs(u)).clip(1e-4)
         self._values = np.stack([forces(creepages, g) for g in aspects])
         self._first, self._last = np.log(aspects[0]), np.log(aspects[-1])
-        self._table = ffi().new("usetab *", ((len(aspects), *nodes), least, pointer(self._values)))
+        self._table = ffi().new("usetab *", ((len(aspects), *nodes), start, pointer(self._values)))
 
     def places(self, a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
         """Arguments of a call, of the shape (n, 4)."""

@@ -44,12 +44,12 @@ int main(int argc, char **argv) {
     static int messages;
     int repetitions = atoi(argv[6]);
     size_t calls = (size_t)strtoul(argv[5], NULL, 10);
-    double least = strtod(argv[9], NULL), most = strtod(argv[10], NULL), part = 0.0;
+    double low = strtod(argv[9], NULL), high = strtod(argv[10], NULL), part = 0.0;
     input_count = references(argv[7], inputs);
     output_count = references(argv[8], outputs);
     /* Multiples of the golden ratio: spread evenly, and no two neighbours alike. */
     for (size_t i = 0; i < VALUES; i++) {
-        values[i] = least + (most - least) * part;
+        values[i] = low + (high - low) * part;
         part += 0.6180339887498949;
         if (part >= 1.0) part -= 1.0;
     }

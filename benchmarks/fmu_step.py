@@ -36,14 +36,14 @@ def processor() -> str:
 
 def nanoseconds(program: Path, fmu: Fmu, name: str, tolerance: float) -> float:
     """Of set, step and get."""
-    moved, least, most = RANGES[name]
+    moved, low, high = RANGES[name]
     inputs = [v.name for v in fmu.description.modelVariables if v.causality == "input"]
     inputs.sort(key=lambda name: name != moved)
     named = [
         ",".join(str(fmu.references[name]) for name in names) for names in (inputs, OUTPUTS[name])
     ]
     words = (program, fmu.version, fmu.library, fmu.location, fmu.token, CALLS, REPETITIONS)
-    command = [str(word) for word in (*words, *named, least, most, tolerance)]
+    command = [str(word) for word in (*words, *named, low, high, tolerance)]
     return float(subprocess.check_output(command, text=True))
 
 

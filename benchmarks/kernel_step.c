@@ -1,9 +1,9 @@
 /* Time of every step of the kernel as one C file; see kernel_step.py.
  *
  * A wheel is driven over the peak and back by a torque that swings, under a load, a friction and
- * a lateral motion that change at each step. Prints the least, median, 99.9th percentile and
- * largest time of a step in microseconds; and the largest if each step counts with the least of its
- * times in all repetitions, which leaves out what the system did in between. */
+ * a lateral motion that change at each step. Prints the minimum, median, 99.9th percentile and
+ * maximum time of a step in microseconds; and the maximum if each step counts with the minimum of
+ * its times in all repetitions, which leaves out what the system did in between. */
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +13,7 @@
 #include "contactlib.h"
 
 enum { STEPS = 1000000, REPETITIONS = 3 };
-static double once[STEPS], least[STEPS];
+static double once[STEPS], smallest[STEPS];
 
 static double now(void) {
     struct timespec t;
@@ -33,11 +33,11 @@ static void run(double step, double implicit, double relaxation_length, double *
     wheel.implicit = implicit;
     wheel.contact.relaxation_length = relaxation_length;
     double radius = wheel.contact.radius, load = wheel.input.normal_load;
-    double speed = wheel.input.speed, most = wheel.contact.static_friction * load * radius;
+    double speed = wheel.input.speed, largest = wheel.contact.static_friction * load * radius;
     double inertia = radius * radius / wheel.effective_inverse_mass;
     unsigned state = 1;
     for (int i = 0; i < STEPS; i++) {
-        double torque = most * sin(0.7 * step * i) * (1.0 + 0.3 * random_number(&state));
+        double torque = largest * sin(0.7 * step * i) * (1.0 + 0.3 * random_number(&state));
         wheel.input.normal_load = load * (1.0 + 0.3 * random_number(&state));
         wheel.input.friction_scale = i / 3000 % 5 == 4 ? 0.2 : 1.0 + 0.1 * random_number(&state);
         wheel.input.lateral_velocity = 1e-3 * speed * random_number(&state);
@@ -64,11 +64,11 @@ int main(int count, char **argument) {
     for (int k = 0; k < REPETITIONS; k++) {
         run(step, implicit, length, once);
         for (int i = 0; i < STEPS; i++)
-            least[i] = k == 0 || once[i] < least[i] ? once[i] : least[i];
+            smallest[i] = k == 0 || once[i] < smallest[i] ? once[i] : smallest[i];
     }
     qsort(once, STEPS, sizeof *once, compare);
-    qsort(least, STEPS, sizeof *least, compare);
+    qsort(smallest, STEPS, sizeof *smallest, compare);
     printf("%.3f %.3f %.3f %.3f %.3f\n", once[0], once[STEPS / 2], once[STEPS - STEPS / 1000],
-           once[STEPS - 1], least[STEPS - 1]);
+           once[STEPS - 1], smallest[STEPS - 1]);
     return 0;
 }

@@ -35,13 +35,13 @@ def compiled(model: cl.Model, scratch: Path) -> Path:
 
 
 def times(program: Path, mode: str) -> list[float]:
-    """Least, median, 99.9th percentile, largest, and largest of the least times [us]."""
+    """Minimum, median, 99.9th percentile, maximum, and maximum of the minimum times [us]."""
     command = [str(program), STEP, *MODES[mode]]
     return list(map(float, subprocess.check_output(command, text=True).split()))
 
 
 if __name__ == "__main__":
-    print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of least")
+    print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of min")
     for name in sys.argv[1:] or ["roller_rig.toml", "locomotive.toml"]:
         with tempfile.TemporaryDirectory() as scratch:
             program = compiled(cl.load_model(name), Path(scratch))

@@ -82,9 +82,9 @@ def number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
-def rows(case: Case, *, rounds: int = 11, least: float = 0.02) -> list[str]:
+def rows(case: Case, *, rounds: int = 11, shortest: float = 0.02) -> list[str]:
     """A line for each pair: what, ours, rival, ratio, goal."""
-    seconds = interleaved(case, rounds=rounds, least=least)
+    seconds = interleaved(case, rounds=rounds, shortest=shortest)
     figures = {name: number(case.figure(name, s)) for name, s in seconds.items()}
     own_goal = f" (goal {case.goals['']})" if "" in case.goals else ""
     found = []

@@ -105,7 +105,7 @@ ONE_BY_ONE void usetab_force(const usetab *table, const double at[4], double for
     for (int i = 0; i < 4; i++) {
         double v = sign[i] * at[i], cells = (double)(table->nodes[i] - 1);
         double u = i == 0 ? v : v / (1.0 + fabs(v));
-        double place = (u - table->least[i]) / (1.0 - table->least[i]) * cells;
+        double place = (u - table->start[i]) / (1.0 - table->start[i]) * cells;
         double cell = fmin(floor(place), cells - 1.0);
         rest[i] = place - cell;
         first = first * table->nodes[i] + (size_t)cell;

@@ -44,7 +44,7 @@ void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, 
  * along and across and moment over mu P; n times 4 places, n times 3 forces. */
 typedef struct {
     size_t nodes[4];
-    double least[4]; /* where each axis begins: 0 or -1 */
+    double start[4]; /* where each axis begins: 0 or -1 */
     const double *values;
 } usetab;
 

@@ -63,7 +63,7 @@ class Case:
         return [(ours[0], name) for name in others] + [(o, name) for o in ours[1:] for name in main]
 
 
-def interleaved(case: Case, *, rounds: int = 11, least: float = 0.02) -> dict[str, float]:
+def interleaved(case: Case, *, rounds: int = 11, shortest: float = 0.02) -> dict[str, float]:
     """Median of the times of one call of each subject [s].
 
     Parameters
@@ -73,15 +73,15 @@ def interleaved(case: Case, *, rounds: int = 11, least: float = 0.02) -> dict[st
     rounds : int, optional
         How often each has its turn; one whose call takes longer than a second has it once, and
         one beyond a tenth of a second three times.
-    least : float, optional
+    shortest : float, optional
         Time that a turn lasts at least, with as many calls as that needs [s].
     """
     calls, turns = {}, {}
     for name, subject in case.subjects.items():
         subject()  # whatever is made at the first call
         count, spent = 1, _spent(case, subject, 1)
-        while spent < least:
-            count *= max(2, min(1000, round(least / max(spent, 1e-9))))
+        while spent < shortest:
+            count *= max(2, min(1000, round(shortest / max(spent, 1e-9))))
             spent = _spent(case, subject, count)
         calls[name] = count
         turns[name] = 1 if spent / count > 1.0 else 3 if spent / count > 0.1 else rounds

@@ -72,7 +72,7 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
         "saturation_creepage": wheelset.element.saturation_creepage,
         "k_hat": wheelset.element.k_hat,
         "sliding": friction.kinetic * load,
-        "most": friction.static / friction.kinetic,
+        "largest": friction.static / friction.kinetic,
         "patch_start": patch.at[0],
         "patch_end": patch.at[-1],
         "patch_friction": patch.value[1],
@@ -176,8 +176,8 @@ def motion(
     creepage = (run.radius * omega - speed) * inverse_speed
     saturation = run.saturation_creepage * friction
     ratio, slope = law(nodes, run.k_hat, friction, abs(creepage) / saturation)
-    if ratio > run.most:
-        ratio, slope = run.most, 0.0
+    if ratio > run.largest:
+        ratio, slope = run.largest, 0.0
     force = math.copysign(run.sliding * friction * ratio, creepage)
     by_slip = run.sliding * slope / run.saturation_creepage * inverse_speed
     by_speed = -by_slip * (1.0 + creepage)

@@ -85,8 +85,8 @@ class Limits:
         if array.size == 0:
             return True
         # Either is nan if any is. The methods of the array would take twice as long for a few.
-        least, most = (f.reduce(array, axis=None) for f in (np.minimum, np.maximum))
-        return self.allow(float(least)) and self.allow(float(most))
+        smallest, largest = (f.reduce(array, axis=None) for f in (np.minimum, np.maximum))
+        return self.allow(float(smallest)) and self.allow(float(largest))
 
     def __str__(self) -> str:
         signs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))

@@ -290,7 +290,7 @@ def errors_table(errors: xr.DataArray) -> str:
         for error in errors.error.values:
             one = errors.sel(scenario=scenario, error=error)
             cells = zip(one.mean("noise").values, one.min("noise").values, strict=True)
-            rows.append([error, *(f"{mean:.3f} ({least:.3f})" for mean, least in cells)])
+            rows.append([error, *(f"{mean:.3f} ({smallest:.3f})" for mean, smallest in cells)])
         title = f"{scenario}: limited utilisation, mean over noise (minimum)"
         lines += [title, fixed_width(rows), ""]
     return "\n".join(lines[:-1])

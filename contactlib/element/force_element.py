@@ -63,8 +63,8 @@ REFERENCE_SPEED = "max(|initial_speed|, minimum_speed)"  # for the initial creep
 
 def creepage_limits(element: ForceElement, speed: float, name: str = "speed") -> Limits:
     """Limits of the creepage at a speed [m/s], from the kernel's limit of the angular velocity."""
-    most = kernel.force_input_limits()["omega"].at_most * element.radius / speed
-    return Limits(at_least=-1.0 - most, at_most=most - 1.0, given=(name, speed))
+    largest = kernel.force_input_limits()["omega"].at_most * element.radius / speed
+    return Limits(at_least=-1.0 - largest, at_most=largest - 1.0, given=(name, speed))
 
 
 @dataclass(frozen=True, eq=False)

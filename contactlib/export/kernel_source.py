@@ -87,7 +87,7 @@ def kernel_files(description: Description) -> dict[str, str]:
     templates = {path.name: path.read_text() for path in sorted((ASSETS / "kernel").iterdir())}
     structs, sources = joined()
     checks, start = _limits_and_start(description)
-    least = re.findall(r"#define MIN_FRICTION_SCALE (\S+)", _source("force_element.h"))
+    smallest = re.findall(r"#define MIN_FRICTION_SCALE (\S+)", _source("force_element.h"))
     values, element = description.start_values, description.element
     inverse_mass = values["effective_inverse_mass"]
     sliding = element.friction.static * element.normal_load * element.radius
@@ -102,7 +102,7 @@ def kernel_files(description: Description) -> dict[str, str]:
         "version": version(),
         "carriers": description.carriers,
         "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
-        "structs": structs.replace("MIN_FRICTION_SCALE", least[0]),
+        "structs": structs.replace("MIN_FRICTION_SCALE", smallest[0]),
         "kernel": sources,
         "data": _data(description),
         "start": start,

@@ -123,16 +123,16 @@ def lookup_table(
         "friction_scale": friction_scale,
     }
     limits: dict[str, Limits] = dict(kernel.force_input_limits())
-    for name, least in (  # below these all curves are of one shape, too narrow for a table
+    for name, smallest in (  # below these all curves are of one shape, too narrow for a table
         ("normal_load", 1e-6 * element.normal_load),
         ("speed", element.minimum_speed),
         ("friction_scale", 1e-3),
     ):
-        limits[name] = Limits(at_least=least, at_most=limits[name].at_most)
+        limits[name] = Limits(at_least=smallest, at_most=limits[name].at_most)
     ends = {name: _axis(name, value, limits[name]) for name, value in given.items()}
     highest = float(ends["speed"].max())
-    most = creepage_limits(element, highest).at_most
-    below = Limits(at_least=1e-6, at_most=most, given=("speed", highest))
+    maximum = creepage_limits(element, highest).at_most
+    below = Limits(at_least=1e-6, at_most=maximum, given=("speed", highest))
     largest = checked_number("largest_creepage", largest_creepage, below)
     chosen = [name for name, value in given.items() if isinstance(value, slice)]
     law = _Law(element, largest, interpolation, error)
@@ -294,9 +294,9 @@ class _Law:
         )
         exact = [x for point in corners for x in self.exact(dense, point) if x < self.largest]
         dense = np.unique(np.append(dense, exact))
-        most = max(2, MAX_ENTRIES // dense.size)
-        if len(points) > most:
-            points = [points[i] for i in np.linspace(0, len(points) - 1, most).astype(int)]
+        maximum = max(2, MAX_ENTRIES // dense.size)
+        if len(points) > maximum:
+            points = [points[i] for i in np.linspace(0, len(points) - 1, maximum).astype(int)]
         fields = [
             (values["creep_force"], values["force_gradient"] * point[1])
             for point in points

@@ -177,8 +177,10 @@ def fold_diagram(
         limits: dict[str, Any] = {"xlim": (low - margin, high + margin), "ylim": (bottom, top)}
         labelled(axes, "torque", "creepage", log="y", **limits)
         reached = np.concatenate([torque_run["speed"], creep_run["speed"]])
-        least, most = reached.min(), reached.max()
-        runs = f"\nruns at $V$ = {least:.3g} to {most:.3g} m/s" * bool(most > 1.01 * least)
+        smallest, largest = reached.min(), reached.max()
+        runs = f"\nruns at $V$ = {smallest:.3g} to {largest:.3g} m/s" * bool(
+            largest > 1.01 * smallest
+        )
         axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}")
         figure.legend(loc="outside lower center", ncols=2)
     return figure

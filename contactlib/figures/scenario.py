@@ -195,10 +195,10 @@ def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
     if not min(largest) < MAX_CREEPAGE < max(largest):
         return
     row[0].set_ylim(top=100.0 * MAX_CREEPAGE)
-    for axes, result, most in zip(row, results, largest, strict=True):
-        if most > MAX_CREEPAGE:
+    for axes, result, highest in zip(row, results, largest, strict=True):
+        if highest > MAX_CREEPAGE:
             beyond = np.abs(result["creepage"]) > MAX_CREEPAGE
-            _leaves(axes, result, beyond, f"up to {100.0 * most:.0f} %")
+            _leaves(axes, result, beyond, f"up to {100.0 * highest:.0f} %")
 
 
 def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:

@@ -380,13 +380,13 @@ def _ratio_at_k_hats(law: Any, x: FloatArray, k_hat: FloatArray) -> FloatArray:
 
     A k_hat beyond the law's range is replaced by the end of the range.
     """
-    most = law.quantities()["k_hat"].at_most
-    logs = np.log(np.minimum(k_hat, most))
+    highest = law.quantities()["k_hat"].at_most
+    logs = np.log(np.minimum(k_hat, highest))
     first, last = float(logs.min()), float(logs.max())
     if first == last:
-        return np.asarray(replace(law, k_hat=min(float(k_hat[0]), most)).traction_ratio(x))
+        return np.asarray(replace(law, k_hat=min(float(k_hat[0]), highest)).traction_ratio(x))
     nodes = chebpts1(K_NODES)
-    k_nodes = np.minimum(np.exp(0.5 * (first + last) + 0.5 * (last - first) * nodes), most)
+    k_nodes = np.minimum(np.exp(0.5 * (first + last) + 0.5 * (last - first) * nodes), highest)
     samples = np.array([replace(law, k_hat=float(k)).traction_ratio(x) for k in k_nodes])
     places = (2.0 * logs - first - last) / (last - first)
     weights = chebvander(places, K_NODES - 1) @ np.linalg.inv(chebvander(nodes, K_NODES - 1))

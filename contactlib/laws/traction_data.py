@@ -162,18 +162,18 @@ class TractionData:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
             raise ValueError(f"{place}: {harmless_line(str(error))}") from None
-        for name, most, how in (
+        for name, maximum, how in (
             ("creepage", 2.0, "creepage_unit = '%'"),
             ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),
         ):
             largest = float(np.abs(found[name]).max())
-            if largest > most:
+            if largest > maximum:
                 hint = f"if it is in per cent, declare it with {how}"
                 if name == "traction_coefficient" and load is not None:
                     hint = f"does load = {load:g} N carry as many wheels as the force drives?"
                 warn(
                     f"{place}: line {lines[int(np.abs(found[name]).argmax())]}: {name} = "
-                    f"{largest:g}, and above {most:g} is unusual; {hint}"
+                    f"{largest:g}, and above {maximum:g} is unusual; {hint}"
                 )
         highest = float(np.abs(found["traction_coefficient"]).max())
         if load is not None and highest < LOWEST:

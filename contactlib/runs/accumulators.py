@@ -206,16 +206,19 @@ class Extremes:
 
     def __init__(self, quantity: Quantity) -> None:
         self._quantity = quantity
-        self._least: FloatArray | None = None
+        self._smallest: FloatArray | None = None
         self._largest: FloatArray | None = None
 
     def add(self, rows: DerivedRows) -> None:
         """Add the next rows."""
         y = self._quantity(rows)
-        least, largest = y.min(axis=0), y.max(axis=0)
-        if self._least is not None and self._largest is not None:
-            least, largest = np.minimum(self._least, least), np.maximum(self._largest, largest)
-        self._least, self._largest = least, largest
+        smallest, largest = y.min(axis=0), y.max(axis=0)
+        if self._smallest is not None and self._largest is not None:
+            smallest, largest = (
+                np.minimum(self._smallest, smallest),
+                np.maximum(self._largest, largest),
+            )
+        self._smallest, self._largest = smallest, largest
 
     def value(self) -> FloatArray:
         """Return the largest value."""
@@ -223,7 +226,7 @@ class Extremes:
 
     def range(self) -> FloatArray:
         """Return the difference of largest and smallest value."""
-        return _known(self._largest) - _known(self._least)
+        return _known(self._largest) - _known(self._smallest)
 
 
 class Ends:

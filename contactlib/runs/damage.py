@@ -61,8 +61,8 @@ def warn_of_damaged_runs(dataset: Dataset, duration: float) -> None:
     for name, (limit, factor, unit) in limits.items():
         values = dataset[name].values if name in dataset else np.zeros(0)
         if count := int(np.sum(values > limit)):
-            most = f"{factor * np.nanmax(values):.4g} {unit}"
+            largest = f"{factor * np.nanmax(values):.4g} {unit}"
             what = name.removeprefix("largest_").replace("_", " ")
-            found.append(f"{count} of {values.size} runs reach a {what} of up to {most}")
+            found.append(f"{count} of {values.size} runs reach a {what} of up to {largest}")
     if found:
         warn(f"{', '.join(found)}: {CURE}")

@@ -135,8 +135,8 @@ class Drives:
         return minimum(maximum(torque, last - self._change), last + self._change)
 
 
-def _within(torque: Any, most: Any) -> Any:
-    return minimum(maximum(torque, -most), most)
+def _within(torque: Any, limit: Any) -> Any:
+    return minimum(maximum(torque, -limit), limit)
 
 
 class Timing(NamedTuple):
@@ -181,8 +181,8 @@ def common_step(longest: float, controls: Sequence[Controller]) -> float:
     It is a whole fraction of every sample time, or of the shortest if `FRACTIONS` tries find none.
     """
     times = [control.sample_time for control in controls]
-    least = max(1, math.ceil(min(times) / longest * (1.0 - 1e-9)))
-    steps = [min(times) / n for n in range(least, least + FRACTIONS)]
+    smallest = max(1, math.ceil(min(times) / longest * (1.0 - 1e-9)))
+    steps = [min(times) / n for n in range(smallest, smallest + FRACTIONS)]
     for step in steps:
         if all(abs(time / step - round(time / step)) < 1e-6 for time in times):
             return step

@@ -384,6 +384,6 @@ def _groups(
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():
-        most = FLEET if rows is None else max(1, min(FLEET, rows // when.rows))
-        for start in range(0, len(places), most):
-            yield when, places[start : start + most]
+        limit = FLEET if rows is None else max(1, min(FLEET, rows // when.rows))
+        for start in range(0, len(places), limit):
+            yield when, places[start : start + limit]

@@ -159,10 +159,10 @@ def simulate(
         torque = float(curve.torque(creepage))
     omega = (initial_speed + creepage * max(abs(initial_speed), slowest)) / wheelset.radius
     # Size of each state, to which the tolerance is relative.
-    least = max(abs(initial_speed), slowest)
-    stored = 0.5 * wheelset.inertia * (least / wheelset.radius) ** 2
+    smallest = max(abs(initial_speed), slowest)
+    stored = 0.5 * wheelset.inertia * (smallest / wheelset.radius) ** 2
     memory = max(abs(torque), 1.0)
-    scale = {"speed": least, "memory": memory, "distance": least}
+    scale = {"speed": smallest, "memory": memory, "distance": smallest}
     scale |= dict.fromkeys(WORKS, stored)
     passing: dict[str, dict[str, float]] = {
         PEAK_PASSED: {"fall": 1.0, "direction": 1},

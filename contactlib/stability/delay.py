@@ -92,10 +92,10 @@ def proportional_window(
     soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
     longest = MAX_SAMPLES if soft == 0.0 else MAX_ROOTS
     slowest = {"delay": (tau, longest), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
-    for name, (time, most) in slowest.items():
-        if time > most * step > 0.0:
+    for name, (time, limit) in slowest.items():
+        if time > limit * step > 0.0:
             raise ValueError(
-                f"{name} = {time!r} is out of range: must be <= {most:g} times "
+                f"{name} = {time!r} is out of range: must be <= {limit:g} times "
                 f"sample_time = {step!r}"
             )
     loop = (p, tau, slow, soft)

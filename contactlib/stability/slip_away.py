@@ -79,9 +79,9 @@ def slip_away_time(
     turns = np.concatenate([curve.turns_in_braking[::-1], curve.turns])
     places = np.concatenate([[low], turns[(low < turns) & (turns < high)], [high]])
     values = surplus(places)
-    least = float(values.min())
+    smallest = float(values.min())
     rounding = ROUNDING * abs(torque)
-    if least <= rounding:
+    if smallest <= rounding:
         return math.inf
 
     # Most of the time passes near the smallest surplus D, where 1/(D + C z**2/2) is a narrow peak.
@@ -92,14 +92,14 @@ def slip_away_time(
     curvature = -way * float(np.diff(curve.slope(around))[0] / np.diff(around)[0])
     width = high - low
     if curvature > 0.0:
-        width = min(width, math.sqrt(2.0 * least / curvature))
+        width = min(width, math.sqrt(2.0 * smallest / curvature))
     ends = [math.asinh((z - centre) / width) for z in (low, high)]
 
     def integrand(u: float) -> float:
         return math.cosh(u) / float(surplus(centre + width * math.sinh(u)))
 
     parts = sorted({ends[0], max(ends[0], 0.0), min(ends[1], 0.0), ends[1]})
-    error = max(1e-9, 10.0 * rounding / least)
+    error = max(1e-9, 10.0 * rounding / smallest)
     total = sum(
         quad(integrand, a, b, epsabs=0.0, epsrel=error, limit=400)[0] for a, b in pairwise(parts)
     )

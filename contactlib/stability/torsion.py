@@ -300,13 +300,15 @@ def bistable_range(
     def largest_rate(creepage: float) -> float:
         rate, grid = _rate(drivetrain, wheelset.balanced(at, creepage=creepage))
         rates = rate(grid)
-        most = float(rates[1:].max())  # over a > 0
+        highest = float(rates[1:].max())  # over a > 0
         ahead, behind = rates[1:-1] - rates[:-2], rates[1:-1] - rates[2:]
         # Between its neighbours a maximum is no higher above them than they are below it.
-        tops = (ahead >= 0.0) & (behind >= 0.0) & (rates[1:-1] + np.maximum(ahead, behind) >= most)
+        tops = (
+            (ahead >= 0.0) & (behind >= 0.0) & (rates[1:-1] + np.maximum(ahead, behind) >= highest)
+        )
         for i in np.flatnonzero(tops) + 1:
-            most = max(most, float(rate(_turn(rate, *grid[[i - 1, i + 1]], top=True))))
-        return most
+            highest = max(highest, float(rate(_turn(rate, *grid[[i - 1, i + 1]], top=True))))
+        return highest
 
     scale = wheelset.element.saturation_creepage_at(
         normal_load=at.normal_load, friction_scale=at.friction_scale

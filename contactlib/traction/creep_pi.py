@@ -221,8 +221,8 @@ class SlipLimiter(Parameters):
         target = maximum(reference * slip.scale, self.minimum_slip)
         error = target - slip.speed
         requested = self.proportional_gain * error + integral
-        most = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
-        size = minimum(maximum(requested, 0.0), most)
+        limit = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
+        size = minimum(maximum(requested, 0.0), limit)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
         # cut earlier, while it passes the peak and returns, would make it hunt.
@@ -237,7 +237,7 @@ class SlipLimiter(Parameters):
         torque = slip.sign * size
         return torque, LimiterMemory(
             vehicle,
-            minimum(maximum(integral, 0.0), most),
+            minimum(maximum(integral, 0.0), limit),
             (requested < demand) | slip.zero.looking,
             slip.braking,
             torque,

@@ -32,8 +32,8 @@ def around_design(control: Parameters, *names: str) -> dict[str, tuple[float, fl
         value, limits = getattr(control, name), type(control).quantities()[name]
         low, high = sorted((value / WIDEST, value * WIDEST))
         if low < high:
-            most = min(limits.at_most, math.nextafter(limits.below, 0.0))
-            found[name] = (max(low, limits.at_least), min(high, most))
+            largest = min(limits.at_most, math.nextafter(limits.below, 0.0))
+            found[name] = (max(low, limits.at_least), min(high, largest))
     return found
 
 

@@ -214,9 +214,9 @@ class ThresholdControl(Parameters):
         # Unless limiting, the limit is the demand.
         limiting = memory.limiting & (braking == memory.braking)
         torque = where(limiting, minimum(memory.torque, demand), demand)
-        most = maximum(self.slip_threshold * scale, self.minimum_slip)
-        slipping = (slip > most) | (acceleration > self.acceleration_threshold)
-        back = slip < self.slip_release / self.slip_threshold * most
+        limit = maximum(self.slip_threshold * scale, self.minimum_slip)
+        slipping = (slip > limit) | (acceleration > self.acceleration_threshold)
+        back = slip < self.slip_release / self.slip_threshold * limit
         back = back & (acceleration < self.acceleration_threshold)
         starts = slipping & negated(memory.cutting)
         cutting = (slipping | memory.cutting) & negated(back)

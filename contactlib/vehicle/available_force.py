@@ -143,9 +143,9 @@ class AvailableForce:
         levels = {id(track): track_levels(track) for track in tracks}
         self._bodies: list[Drivetrain] = []
         self._body = np.empty(len(drivetrains), dtype=np.intp)  # of each wheelset
-        most = max(map(len, levels.values()))
-        self._level = np.full((most, 3, len(drivetrains)), np.nan)
-        self._case = np.zeros((most, len(drivetrains)), dtype=np.intp)
+        count = max(map(len, levels.values()))
+        self._level = np.full((count, 3, len(drivetrains)), np.nan)
+        self._case = np.zeros((count, len(drivetrains)), dtype=np.intp)
         for i, (train, track) in enumerate(zip(drivetrains, tracks, strict=True)):
             element = train.wheelset.element
             key = id(element.table), *element.parameters.values()

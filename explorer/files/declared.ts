@@ -110,7 +110,7 @@ const TOGETHER: [keys: string[], must: string, holds: (...values: number[]) => b
   [["softening_temperature", "slip_rate_decay"], "softening_temperature = 0 or slip_rate_decay = 0",
     (melting: number, decay: number) => melting === 0 || decay === 0],
   [["speed", "minimum_speed"], "speed >= minimum_speed",
-    (speed: number, least: number) => speed >= least],
+    (speed: number, lowest: number) => speed >= lowest],
 ];
 
 /** The conditions that some values break, one after another: their keys, and a line for each. */

@@ -40,8 +40,8 @@ function controlFor(vehicle: Vehicle, speed: number): Control {
   const critical = fold?.drive_torque ?? plant.torque(peak, speed);
   const drive_torque = rounded(0.9 * critical, 3), creepage = rounded(1.41 * peak);
   const { minimum_gain, pole } = plant.at(creepage, speed);
-  const least = Number.isFinite(minimum_gain) ? minimum_gain : pole / plant.gain(speed);
-  const proportional_gain = rounded(least > 0 ? 3 * least : critical / creepage);
+  const lowest = Number.isFinite(minimum_gain) ? minimum_gain : pole / plant.gain(speed);
+  const proportional_gain = rounded(lowest > 0 ? 3 * lowest : critical / creepage);
   return {
     mode: "torque", drive_torque, torque_rate: 1e3, creepage, proportional_gain,
     integral_gain: rounded(2 * proportional_gain), torque_max: rounded(1.3 * critical), delay: 0,

@@ -121,7 +121,7 @@ export class App {
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       this.control.mode = "torque";
-      this.control.drive_torque = 0.9 * next.most.torque;
+      this.control.drive_torque = 0.9 * next.largest.torque;
       this.run.start(vehicle, normalLoad, speed);
       toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
     }

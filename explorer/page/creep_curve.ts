@@ -17,13 +17,13 @@ export class CreepCurve extends View {
     });
   }
 
-  override show({ dry, wet, most, far }: Picture): void {
+  override show({ dry, wet, largest, far }: Picture): void {
     const curves = [...byStability(dry.force, dry.pole), wet?.force ?? dry.force.map(() => NaN)];
-    this.chart.show([dry.creepage, ...curves], [0, far], [0, 1.25 * most.force]);
+    this.chart.show([dry.creepage, ...curves], [0, far], [0, 1.25 * largest.force]);
   }
 
   describe({ run, shown }: Moment): string {
-    return `Creep force over creepage: its peak is ${digits(1e-3 * shown.most.force)} kN at ` +
+    return `Creep force over creepage: its peak is ${digits(1e-3 * shown.largest.force)} kN at ` +
       `${percent(shown.peak)}. The wheel is at ${percent(run.now.creepage)} with ` +
       `${digits(1e-3 * run.now.creep_force)} kN.`;
   }
@@ -34,7 +34,7 @@ export class CreepCurve extends View {
       const sliding = shown.plant.vehicle.kinetic_friction * shown.plant.normalLoad;
       pen.rule("up", sliding, "line", 1, [2, 3]);
       if (fold !== null) {
-        pen.label(`peak ${percent(peak)}`, peak, shown.most.force, 0, -13, "ink", "center");
+        pen.label(`peak ${percent(peak)}`, peak, shown.largest.force, 0, -13, "ink", "center");
       }
       if (shown.wet !== null) {
         pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, shown.far,

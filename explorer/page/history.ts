@@ -37,19 +37,19 @@ export class TimeHistory extends View {
   draw({ run, shown, span }: Moment): void {
     const { time, creepage, ...rows } = run.history.window(run.now.time - span);
     const window: [number, number] = [Math.max(0, run.now.time - span), Math.max(run.now.time, span)];
-    const [least, end] = shown.ends, { fold, most: { torque: critical } } = shown;
+    const [lowest, end] = shown.ends, { fold, largest: { torque: critical } } = shown;
     // The torque less its part that changes the creepage: T - (J V/r) dzeta/dt.
     const drive = rows.drive_torque, taken = drive.map((torque, i) =>
       torque - rows.creepage_rate[i]! / shown.plant.gain(rows.speed[i]!));
-    let most = end / 1.05, low = Infinity, high = -Infinity;
+    let largest = end / 1.05, low = Infinity, high = -Infinity;
     for (let i = 0; i < time.length; i++) {
-      most = Math.max(most, creepage[i]!);
+      largest = Math.max(largest, creepage[i]!);
       low = Math.min(low, drive[i]!, rows.friction[i]! < 1 ? taken[i]! : Infinity);
       high = Math.max(high, drive[i]!);
     }
     // The axis grows and shrinks with what it shows.
-    this.creepage.show([time, creepage.map((z) => Math.max(z, 1e-3 * least))], window,
-      [least, roundUp(1.05 * most)]);
+    this.creepage.show([time, creepage.map((z) => Math.max(z, 1e-3 * lowest))], window,
+      [lowest, roundUp(1.05 * largest)]);
     const bottom = Math.min(0.72 * critical, low - 0.03 * high);
     const top = Math.max(1.1 * critical, high + 0.1 * (high - bottom));
     this.chart.show([time, drive, taken], window, [bottom, top]);

@@ -260,13 +260,13 @@ export class Pen {
 
 const TRAIL = 700; // points at most
 
-/** Where the wheel has been since a time: two columns of the history, y at least at `least`. */
-export function* trail(history: History, x: Column, y: Column, from: number, least = -Infinity):
+/** Where the wheel has been since a time: two columns of the history, y at least at `lowest`. */
+export function* trail(history: History, x: Column, y: Column, from: number, lowest = -Infinity):
   Generator<Place> {
   const rows = history.window(from), xs = rows[x], ys = rows[y], last = xs.length - 1;
   const stride = Math.max(1, Math.ceil(xs.length / TRAIL));
   for (let i = 0; last >= 0; i = Math.min(i + stride, last)) {
-    yield [xs[i]!, Math.max(ys[i]!, least)];
+    yield [xs[i]!, Math.max(ys[i]!, lowest)];
     if (i === last) return;
   }
 }

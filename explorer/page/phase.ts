@@ -20,7 +20,7 @@ export class PhasePortrait extends View {
     });
   }
 
-  override show({ plant, speed, most: { torque }, wet, far }: Picture): void {
+  override show({ plant, speed, largest: { torque }, wet, far }: Picture): void {
     const perTorque = plant.gain(speed), reach = perTorque * torque;
     const left = torque - (wet?.torque.at(-1) ?? torque); // more than the wet rail takes
     const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);

@@ -8,7 +8,7 @@ export interface Picture {
   plant: Plant;
   speed: number; // [m/s]
   fold: Fold | null;
-  most: { torque: number; force: number }; // the fold's torque, or without it the largest [N.m, N]
+  largest: { torque: number; force: number }; // the fold's torque, or without it the largest [N.m, N]
   peak: number; // creepage of the largest force [1]
   far: number; // end of the axis of creepage [1]
   ends: [number, number]; // of a logarithmic one, for a wheel that grips [1]
@@ -43,13 +43,13 @@ export function picture(plant: Plant, speed: number, wetFriction: number): Pictu
   const dry = plant.curves(creepage, speed);
   const wet = wetFriction === 1 ? null : plant.curves(creepage, speed, wetFriction);
   const { creepage: highest, force } = plant.peak(speed);
-  const most = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
+  const largest = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
   const peak = Math.min(highest, far), scale = fold?.creepage ?? saturation;
   const ends: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
   const marks = [fold?.creepage, fold?.return_creepage].filter((at) => at !== undefined && at < MAX_CREEPAGE);
   for (let i = 0; i <= STATES; i++) marks.push(ends[0] * (MAX_CREEPAGE / ends[0]) ** (i / STATES));
   const states = plant.curves(Float64Array.from(marks as number[]).sort(), speed);
-  return { plant, speed, fold, most, peak, far, ends, dry, wet, wetFriction, states };
+  return { plant, speed, fold, largest, peak, far, ends, dry, wet, wetFriction, states };
 }
 
 /** The smallest of 1 and 3 times powers of ten that is not below a number. */

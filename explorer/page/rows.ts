@@ -127,9 +127,9 @@ export function makeRows(app: App): Rows {
 
 /** Ends of the sliders that follow the vehicle: of torque, load, reference and kick. */
 export function spanRows(rows: Rows, app: App): void {
-  const { most: { torque: most }, far } = app.shown, { vehicle } = app.settings;
+  const { largest: { torque: largest }, far } = app.shown, { vehicle } = app.settings;
   const ends: Record<string, [number, number]> = {
-    torque: [0.5 * most, 1.1 * most],
+    torque: [0.5 * largest, 1.1 * largest],
     reference: [0, far],
     "kick-size": [-0.25 * far, 0.75 * far],
     load: [0.1 * vehicle.normal_load, 1.8 * vehicle.normal_load],

@@ -41,10 +41,10 @@ export class SteadyStates extends View {
     }
   }
 
-  override show({ states, fold, most: { torque }, ends: [least] }: Picture): void {
+  override show({ states, fold, largest: { torque }, ends: [lowest] }: Picture): void {
     const back = fold?.return_torque ?? 0.75 * torque;
     const low = Math.min(0.84 * torque, back - 0.4 * (torque - back));
-    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [least, MAX_CREEPAGE],
+    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [lowest, MAX_CREEPAGE],
       [Math.max(0, low), torque + 0.2 * (torque - low)]);
   }
 
@@ -57,11 +57,11 @@ export class SteadyStates extends View {
 
   draw({ run, shown, control, span }: Moment): void {
     this.chart.draw((pen) => {
-      const { fold, ends: [least] } = shown, held = control.mode === "creep";
+      const { fold, ends: [lowest] } = shown, held = control.mode === "creep";
       const { drive_torque: acting, creepage } = run.now, target = control.drive_torque;
       if (held) pen.rule("up", control.creepage, "torque", 1.2, [4, 4]);
       else pen.rule("across", target, "torque", 1.2, [4, 4]);
-      const past = trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, least);
+      const past = trail(run.history, "drive_torque", "creepage", run.now.time - 6 * span, lowest);
       pen.line(past, "trail", 1.6);
       pen.rule("across", acting, "torque", 1.8);
       if (!held) pen.handle(target, "torque");
@@ -76,7 +76,7 @@ export class SteadyStates extends View {
         }
       }
       if (held) pen.words("reference", 6, pen.up(control.creepage) - 10, "torque", "left", true);
-      pen.wheel(acting, Math.max(creepage, 1e-3 * least), "ink",
+      pen.wheel(acting, Math.max(creepage, 1e-3 * lowest), "ink",
         `${digits(1e-3 * acting)} kN m, ${percent(creepage)}`);
     });
   }

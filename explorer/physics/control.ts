@@ -104,8 +104,8 @@ function lawOf(control: Control): Law {
   return control.integral_gain > 0 ? "integral" : "proportional";
 }
 
-function towards(from: number, to: number, most: number): number {
-  return from + Math.min(Math.max(to - from, -most), most);
+function towards(from: number, to: number, largest: number): number {
+  return from + Math.min(Math.max(to - from, -largest), largest);
 }
 
 const NOT_NEGATIVE = [

@@ -30,23 +30,23 @@ export class Loop {
   largestGain(samples: number): number {
     if (samples === 0) return (2 + this.growth) / this.perGain;
     const beyond = (phi: number): boolean => samples * phi + this.at(phi).turned >= Math.PI;
-    const least = this.pole / this.gain;
+    const lowest = this.pole / this.gain;
     let low = 1e-6 / samples, high = Math.PI;
-    if (beyond(low)) return least; // with a small gain the root already moves the wrong way
+    if (beyond(low)) return lowest; // with a small gain the root already moves the wrong way
     for (let middle; (middle = 0.5 * (low + high)) > low && middle < high;) {
       if (beyond(middle)) high = middle;
       else low = middle;
     }
-    return Math.max(least, this.at(high).size / this.perGain);
+    return Math.max(lowest, this.at(high).size / this.perGain);
   }
 
   /** Longest delay [s] in whole samples with which some K above a least one [N.m] holds; infinite if
    * no gain is needed, NaN if none holds even without delay. */
-  longestDelay(least: number): number {
-    const size = this.perGain * least;
+  longestDelay(lowest: number): number {
+    const size = this.perGain * lowest;
     if (size >= 2 + this.growth) return NaN;
     const square = (size ** 2 - this.growth ** 2) / (4 * (1 + this.growth)); // of sin(phi/2)
-    if (this.pole <= 0 && (least <= 0 || square < 0)) return Infinity;
+    if (this.pole <= 0 && (lowest <= 0 || square < 0)) return Infinity;
     const phi = 2 * Math.asin(Math.sqrt(Math.max(square, 1e-16)));
     return (Math.ceil((Math.PI - this.at(phi).turned) / phi) - 1) * SAMPLE;
   }

@@ -242,21 +242,21 @@ static const model_variable *find(component *self, unsigned reference, int boole
 static result check_friction(component *self) {
     const model_values *v = &self->now.values;
     int any = self->model->has_pair;
-    double most = any ? v->pair.static_friction : v->contact.static_friction;
+    double at_rest = any ? v->pair.static_friction : v->contact.static_friction;
     double kinetic = any ? v->pair.kinetic_friction : v->contact.kinetic_friction;
-    if (!(most >= kinetic))
+    if (!(at_rest >= kinetic))
         return component_log(
             self, RESULT_DISCARD,
             "static_friction = %s is out of range: must be at least kinetic_friction = "
             "%s",
-            SHOWN(most), SHOWN(kinetic));
-    double held = self->table.static_to_kinetic, least = held * kinetic;
-    if (held > 0.0 && !(fabs(most - least) <= 1e-9 * least))
+            SHOWN(at_rest), SHOWN(kinetic));
+    double held = self->table.static_to_kinetic, expected = held * kinetic;
+    if (held > 0.0 && !(fabs(at_rest - expected) <= 1e-9 * expected))
         return component_log(
             self, RESULT_DISCARD,
             "static_friction / kinetic_friction = %s must be %s, the only ratio for "
             "which the table's law holds",
-            SHOWN_TO(10, most / kinetic), SHOWN_TO(10, held));
+            SHOWN_TO(10, at_rest / kinetic), SHOWN_TO(10, held));
     return RESULT_OK;
 }
 

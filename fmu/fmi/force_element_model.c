@@ -147,8 +147,8 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     double end = radius * state.omega - state.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
     double load = fmax(0.0, v->input.normal_load);
-    double most = contact->static_friction * v->input.friction_scale * load;
-    memory.force = fmin(most, fmax(-most, (a - (end - begin) / step) / m));
+    double largest = contact->static_friction * v->input.friction_scale * load;
+    memory.force = fmin(largest, fmax(-largest, (a - (end - begin) / step) / m));
     memory.known = 1.0;
     memory.slip = slip;
     memory.step = step;

@@ -195,9 +195,9 @@ static creep_point root_between(const curve *c, double level, creep_point a, cre
             double from = best.creepage, newton = from - (best.torque - level) / best.slope;
             if ((newton - za) * (newton - zb) < 0.0) z = newton;
         }
-        double least = 2e-16 * size; /* a step beside the root closes the bracket */
-        if (fabs(z - za) < least) z = za + copysign(least, zb - za);
-        if (fabs(z - zb) < least) z = zb + copysign(least, za - zb);
+        double smallest = 2e-16 * size; /* a step beside the root closes the bracket */
+        if (fabs(z - za) < smallest) z = za + copysign(smallest, zb - za);
+        if (fabs(z - zb) < smallest) z = zb + copysign(smallest, za - zb);
         if (i % 3 == 2 && fabs(zb - za) > 0.5 * width) z = 0.5 * (za + zb);
         if (i % 3 == 2) width = fabs(zb - za);
         if (!((z - za) * (z - zb) < 0.0)) z = 0.5 * (za + zb);
@@ -269,9 +269,9 @@ static void refine(search *s, creep_point a, creep_point b, int halvings) {
     int open = halvings > 0 && !(a.slope == 0.0 && b.slope == 0.0);
     if (open) {
         middle = point_at(s->c, sqrt(a.creepage / b.creepage) * b.creepage);
-        double least = fmin(fmin(fabs(a.slope), fabs(b.slope)), fabs(middle.slope));
+        double smallest = fmin(fmin(fabs(a.slope), fabs(b.slope)), fabs(middle.slope));
         double mean = 0.5 * (a.slope + b.slope);
-        open = !(a.slope * b.slope > 0.0 && fabs(middle.slope - mean) < 0.25 * least);
+        open = !(a.slope * b.slope > 0.0 && fabs(middle.slope - mean) < 0.25 * smallest);
         if (!open) {
             leaf(s, a, middle);
             leaf(s, middle, b);

@@ -109,7 +109,7 @@ ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_for
     out->force_x = s->scale[0] * s->law.force[0];
     out->force_y = s->scale[1] * s->law.force[1];
     out->spin_moment = s->scale[2] * s->law.force[2];
-    out->utilisation = smaller(s->size / s->most, 1.0);
+    out->utilisation = smaller(s->size / s->limit, 1.0);
     memcpy(&out->force_x_by_creepage_x, by, sizeof by);
 }
 

@@ -74,7 +74,7 @@ double force_element_force(const creep_table *table, const force_element_paramet
                            double normal_load, double friction_scale) {
     double given[4] = {omega, speed, normal_load, friction_scale};
     for (int i = 0; i < 4; i++)
-        if (!(given[i] >= ranges->least[i] && given[i] <= ranges->most[i])) return NAN;
+        if (!(given[i] >= ranges->minimum[i] && given[i] <= ranges->maximum[i])) return NAN;
     force_element_input in;
     force_element_output out;
     memset(&in, 0, sizeof in);

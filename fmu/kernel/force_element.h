@@ -105,7 +105,7 @@ CONTACTLIB_API void force_element_evaluate(const creep_table *table,
 
 /* Minimum and maximum of omega, speed, normal load and friction scale that a caller accepts. */
 typedef struct {
-    double least[4], most[4];
+    double minimum[4], maximum[4];
 } force_ranges;
 
 /* Creep force at one input, NaN if the input is out of range. */

@@ -285,9 +285,9 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     /* The Carter-Griffith law does not contain f_s: limit the force to f_s P. */
     out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
     int force_limited = out->force_margin > 0.0;
-    double most = copysign(p->static_friction / p->kinetic_friction, q.traction_ratio);
+    double largest = copysign(p->static_friction / p->kinetic_friction, q.traction_ratio);
     out->force_limited = force_limited ? 1.0 : 0.0;
-    q.traction_ratio = force_limited ? most : q.traction_ratio;
+    q.traction_ratio = force_limited ? largest : q.traction_ratio;
     q.slope = force_limited ? 0.0 : q.slope;
     q.log_k_derivative = force_limited ? 0.0 : q.log_k_derivative;
 

@@ -36,7 +36,7 @@ typedef struct {
     double creepage[3];       /* normalized */
     double scale[3];          /* of forces and moment [N, N, N.m] */
     double k_hat;             /* 0 for a law without it */
-    double most;              /* f_s/f_d */
+    double limit;             /* f_s/f_d */
     lateral_spin_value law;   /* the force, limited to f_s N */
     double size;              /* of the force without this limit [f_d N] */
 } lateral_spin_force;
@@ -53,10 +53,10 @@ ALWAYS_INLINE void lateral_spin_force_begin(const creep_table *table,
                                softens_with_heat(there));
     double along = slip.size > 0.0 ? slip.along / slip.size : 0.0;
     s->at = begin_force(table, there, scales, in, &s->fall, along);
-    s->most = there->static_friction / there->kinetic_friction;
+    s->limit = there->static_friction / there->kinetic_friction;
     s->shape = contact->shape;
     s->shape.softening_x = there->softening;
-    s->shape.static_ratio = s->most;
+    s->shape.static_ratio = s->limit;
     s->per[0] = s->at.inverse_saturation;
     s->per[1] = contact->shape.stiffness_ratio * s->per[0];
     s->per[2] = contact->spin_arm * there->semi_width * s->per[0];
@@ -76,7 +76,7 @@ ALWAYS_INLINE void lateral_spin_force_place(const creep_table *table, double acr
 ALWAYS_INLINE void lateral_spin_force_finish(const creep_table *table, double q, double slope,
                                              double q_by_log_k, lateral_spin_force *s) {
     lateral_spin_finish(&s->shape, s->creepage, s->k_hat, s->start, q, slope, q_by_log_k, &s->law);
-    s->size = lateral_spin_hold(&s->law, s->most);
+    s->size = lateral_spin_hold(&s->law, s->limit);
     const double *by = s->law.by_creepage[0];
     s->at.by_others = by[1] * s->creepage[1] + by[2] * s->creepage[2];
     if (s->at.scales.k_hat > table->k_max)

@@ -222,12 +222,12 @@ ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const do
     else add_spin(shape, 0, creepage, k_hat, value);
 }
 
-/* Limit the force to most times f_d N without turning it, and return its unlimited size: the law of
- * a short weakening zone does not contain f_s, and splines have errors. */
-ALWAYS_INLINE double lateral_spin_hold(lateral_spin_value *value, double most) {
+/* Limit the force to limit times f_d N without turning it, and return its unlimited size: the law
+ * of a short weakening zone does not contain f_s, and splines have errors. */
+ALWAYS_INLINE double lateral_spin_hold(lateral_spin_value *value, double limit) {
     double *force = value->force;
-    double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = most / size;
-    if (!(size > most)) return size;
+    double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = limit / size;
+    if (!(size > limit)) return size;
     double unit[2] = {force[0] / size, force[1] / size};
     for (int j = 0; j < 4; j++) {
         double *by[2] = {j < 3 ? &value->by_creepage[0][j] : &value->by_log_k[0],
@@ -235,7 +235,7 @@ ALWAYS_INLINE double lateral_spin_hold(lateral_spin_value *value, double most) {
         double along = unit[0] * *by[0] + unit[1] * *by[1];
         for (int i = 0; i < 2; i++) *by[i] = less * (*by[i] - unit[i] * along);
     }
-    for (int i = 0; i < 2; i++) force[i] = most * unit[i];
+    for (int i = 0; i < 2; i++) force[i] = limit * unit[i];
     return size;
 }
 

@@ -23,8 +23,8 @@ ALWAYS_INLINE double coordinate_start(double x, double k) {
     double rest = 1.0 - x, inverse_k = 1.0 / k,
            linear = x * inverse_k; /* m and y alone give upper bounds of t, which are blended */
     double carter = rough_fourth_root(x / larger(rest, 1e-300));
-    double least = smaller(carter, linear), ratio = least / larger(carter, linear);
-    double below = least * (1.0 - 0.3 * ratio * ratio); /* 1/sqrt(1 + ratio^2), nearly */
+    double smallest = smaller(carter, linear), ratio = smallest / larger(carter, linear);
+    double below = smallest * (1.0 - 0.3 * ratio * ratio); /* 1/sqrt(1 + ratio^2), nearly */
     double square = k * k; /* corner approximates t at x = 1, where k t (1 + t^4) = 1 */
     double corner = rough_inverse_fifth_root(k * (1.0 + square * (2.1 + 0.7 * square)));
     double under = 1.0 / larger(rest + k * corner, 1e-300) - 1.0; /* t^4 = 1/s - 1 */

@@ -42,10 +42,10 @@ ALWAYS_INLINE double relaxation_rate(const force_element_parameters *p,
     double decay = sliding ? sliding_decay(slip, in->speed, limit) : pace;
     double rate = (slip - decay * zeta) * inverse;
     int moves = sliding & (limit == saturation_creepage);
-    int least = decay > pace; /* MIN_DECAY applies; the slip is not zero then */
-    direction = least ? 0.0 : direction;
-    double by_slip = (1.0 - (least ? decay / slip : 0.0) * zeta) * inverse;
-    double by_log_limit = moves ? (least ? decay * zeta * inverse : 0.0) - rate : 0.0;
+    int bounded = decay > pace; /* MIN_DECAY applies; the slip is not zero then */
+    direction = bounded ? 0.0 : direction;
+    double by_slip = (1.0 - (bounded ? decay / slip : 0.0) * zeta) * inverse;
+    double by_log_limit = moves ? (bounded ? decay * zeta * inverse : 0.0) - rate : 0.0;
     double by_relaxed = -decay * inverse + (sliding ? rate / zeta : 0.0);
     out->relaxation_rate = relaxed ? rate : 0.0;
     double by_rolling = by_slip + by_log_limit * log_by_rolling;

@@ -81,11 +81,11 @@ def test_turns_are_taken_and_work_is_counted() -> None:
         clock=lambda: float(len(calls)),  # each call takes a second
         less_work={"c": 2.0},
     )
-    seconds = interleaved(case, rounds=4, least=1.0)
+    seconds = interleaved(case, rounds=4, shortest=1.0)
     assert seconds == dict.fromkeys("abc", 1.0)
     assert case.figure("a", 1.0) == 1e9 / 8.0
     assert case.times_faster("a", "c", seconds) == 4.0
-    lines = report.rows(case, rounds=2, least=1.0)
+    lines = report.rows(case, rounds=2, shortest=1.0)
     assert lines[1] == "| speaking | a: 125000000 ns | c: 500000000 ns | 4 | >= 1 |"
     assert replace(case, ours=2).pairs() == [("a", "c"), ("b", "c")]
 
@@ -95,7 +95,7 @@ def test_turns_are_taken_and_work_is_counted() -> None:
 def test_report_is_a_table() -> None:
     cases = [*bench_kernel.cases(64), *bench_table.cases(64), *bench_runs.cases(2, 0.1, fleet=2)]
     for case in cases:
-        for line in report.rows(case, rounds=1, least=1e-6):
+        for line in report.rows(case, rounds=1, shortest=1e-6):
             assert re.fullmatch(r"\| [^|]+ \| [^|]+ \| [^|]+ \| [0-9.e+-]+ \| [^|]* \|", line), line
     assert len(report.accuracy_lines(0.1)) >= 6
     assert any("1 | " in line for line in report.plan_lines(measured=3))

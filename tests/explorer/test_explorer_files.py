@@ -163,8 +163,10 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
     control = call(page, "settingsOf", vehicle, "roller_rig")["control"]
     curve = CreepCurve(model.wheelset, speed=model.initial_speed)
     assert 0.0 < curve.grip(control["drive_torque"]) < control["creepage"]
-    least = float(curve.minimum_gain(control["creepage"]))
-    assert least < control["proportional_gain"] or math.isinf(least)  # no gain: the train speeds up
+    smallest = float(curve.minimum_gain(control["creepage"]))
+    assert smallest < control["proportional_gain"] or math.isinf(
+        smallest
+    )  # no gain: the train speeds up
     assert curve.torque(control["creepage"]) < control["torque_max"]
     written = call(page, "writeModel", vehicle, vehicle["normal_load"])
     assert_same(vehicle, loaded(path, written))

@@ -232,16 +232,16 @@ def test_numbers_shown_are_those_of_python(
     }.items():
         assert_shows(numbers[label], value)
     window = stability.proportional_window(pole, gain, delay=1e-3 * delay, sample_time=SAMPLE)
-    least = stability.creep_control_gain(wheelset, wheelset.balanced(creepage=at, **here))
+    smallest = stability.creep_control_gain(wheelset, wheelset.balanced(creepage=at, **here))
     lowest, _, highest = numbers["Kp that hold it [MN m]"].partition(" \u2013 ")
-    if least >= window.highest:
+    if smallest >= window.highest:
         assert lowest == "none"
     else:
         assert_shows(highest, 1e-6 * window.highest)
-        if least <= 0.0:
+        if smallest <= 0.0:
             assert lowest == "0"
         else:
-            assert_shows(lowest, 1e-6 * least)
+            assert_shows(lowest, 1e-6 * smallest)
     longest = numbers["longest delay"]
     if pole > 0.0:  # almost one over the pole, in whole samples
         assert 0.0 < float(longest.split()[0]) <= 1e3 / pole

@@ -141,12 +141,12 @@ def test_longest_delay_is_the_last_that_leaves_a_gain(page: ExplorerPage) -> Non
     g = 2e-4
     points = [(p, g, m * p / g) for p in (0.5, 20.0, 65.0, 900.0) for m in (1.0, 1.4)]
     points += [(-30.0, g, 40.0 / g), (-1e-3, g, 5.0 / g)]  # of a free wheelset
-    for (p, _, least), delay in zip(points, of_loop(page, "longestDelay", points), strict=True):
+    for (p, _, smallest), delay in zip(points, of_loop(page, "longestDelay", points), strict=True):
         last, beyond = (
             proportional_window(p, g, delay=delay + more * SAMPLE, sample_time=SAMPLE).highest
             for more in (0, 1)
         )
-        assert last > least * (1.0 + 1e-12) >= beyond * (1.0 - 1e-9)
+        assert last > smallest * (1.0 + 1e-12) >= beyond * (1.0 - 1e-9)
         assert delay <= delay_limit(p)
     none = [(-30.0, g, 20.0 / g), (-30.0, g, 0.0), (70.0, g, 1e5 / g)]
     assert of_loop(page, "longestDelay", none) == pytest.approx(

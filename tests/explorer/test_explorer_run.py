@@ -264,8 +264,8 @@ def test_a_change_of_mode_is_no_kick(
     for when in (0.24, 4.0):
         at = int(np.searchsorted(run["time"], when - 1e-9))
         assert run["time"][at + 1] - run["time"][at] == pytest.approx(SAMPLE)
-        most = 1e3 * SAMPLE if when > 1.0 else 0.0  # of a ramp in one sample
-        assert abs(torque[at + 1] - torque[at]) <= most + 1e-6
+        largest = 1e3 * SAMPLE if when > 1.0 else 0.0  # of a ramp in one sample
+        assert abs(torque[at + 1] - torque[at]) <= largest + 1e-6
         assert run["creepage"][at] > 1.02 * fold.creepage
     assert run["creepage"][at] == pytest.approx(0.02, rel=1e-3)
     assert run.names == ["peak_passed", "returned"]

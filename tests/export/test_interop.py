@@ -216,7 +216,7 @@ def test_tool_gives_the_same_trajectory(
     allowed = TOLERANCE * np.abs(run.stepped).max(axis=0)
     errors = np.abs(found - run.stepped).max(axis=0)
     rows = zip(case.outputs, errors.tolist(), allowed.tolist(), strict=True)
-    assert {name: error for name, error, most in rows if not error <= most} == {}
+    assert {name: error for name, error, largest in rows if not error <= largest} == {}
 
 
 # ---- platforms ----------------------------------------------------------------------------------

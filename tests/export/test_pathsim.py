@@ -75,8 +75,8 @@ def test_model_exchange_gives_our_run(guide: dict[str, Any], locomotive: cl.Mode
 def test_cosimulation_gives_our_run_under_held_inputs_also_without_friction(
     guide: dict[str, Any], locomotive: cl.Model
 ) -> None:
-    least = 1e-6  # below it the slip counts as zero
-    friction = cl.Profile((0.0, 1.0, 1.0, DURATION), (1.0, 1.0, least, least))
+    smallest = 1e-6  # below it the slip counts as zero
+    friction = cl.Profile((0.0, 1.0, 1.0, DURATION), (1.0, 1.0, smallest, smallest))
     time, omega = stepped(guide, 1e-3, HELD, lambda t: float(t < 1.0 - 1e-9))
     assert error(locomotive, time, omega, HELD, friction_scale=friction) < 2e-4
     # Nothing but the torque and the wheelset's damping acts on it then.

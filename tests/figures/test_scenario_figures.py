@@ -86,8 +86,8 @@ def test_slip_away_does_not_stretch_the_axes(
     checks.check_saved(figure, tmp_path)
     grid = np.array(figure.axes).reshape(3, 3)
     assert [axes.get_ylim()[1] for axes in grid[1]] == [100.0] * 3
-    most = 100.0 * runs["open_loop"]["creepage"].max()
-    assert [text.get_text() for text in grid[1, 0].texts] == [f"up to {most:.0f} %"]
+    largest = 100.0 * runs["open_loop"]["creepage"].max()
+    assert [text.get_text() for text in grid[1, 0].texts] == [f"up to {largest:.0f} %"]
     assert not grid[1, 1].texts
     titles = [axes.get_title(loc="left").splitlines()[0] for axes in grid[0]]
     assert titles == ["open loop", "cut and re-apply", "PI creep control"]

@@ -226,22 +226,22 @@ def test_gain_windows(figures: dict[str, Figure], rig: cl.Model) -> None:
     assert style == "--"
     exact = gains.sampled_window(plant, float(ratio[10])).highest
     assert 1e3 * sampled[10] == pytest.approx(exact)
-    zeta, least, _ = checks.lines(right, "smallest gain")
+    zeta, smallest, _ = checks.lines(right, "smallest gain")
     for i in (20, 100):
         point = rig.wheelset.balanced(creepage=float(zeta[i]), speed=V)
-        assert 1e3 * least[i] == pytest.approx(cl.creep_control_gain(rig.wheelset, point))
+        assert 1e3 * smallest[i] == pytest.approx(cl.creep_control_gain(rig.wheelset, point))
 
 
 def test_least_gain_is_the_larger_of_two_bounds(
     of_locomotive: dict[str, Figure], locomotive: cl.Model
 ) -> None:
     axes = of_locomotive["gains"].axes[1]
-    zeta, least, _ = checks.lines(axes, "smallest gain")
+    zeta, smallest, _ = checks.lines(axes, "smallest gain")
     _, determinant, dashed = checks.lines(axes, "determinant vanishes")
     _, trace, dotted = checks.lines(axes, "trace vanishes")
     assert dashed == "--"
     assert dotted == ":"
-    assert_allclose(least, np.maximum(determinant, trace), rtol=1e-8, atol=1e-6)
+    assert_allclose(smallest, np.maximum(determinant, trace), rtol=1e-8, atol=1e-6)
     # They are at the eigenvalues: one zero, or a sum of zero.
     i = 60
     point = locomotive.wheelset.balanced(creepage=float(zeta[i]), speed=V)
@@ -351,11 +351,11 @@ def test_a_speed_that_nothing_brings_back_is_taken_as_constant(
     drifting = replace(locomotive.wheelset, resistance=Resistance(constant=1e3), damping=damping)
     held = replace(drifting, mass=None)
     axes = STABILITY_FIGURES["gains"].draw(drifting, V).axes[1]
-    zeta, least, _ = checks.lines(axes, "smallest gain")
+    zeta, smallest, _ = checks.lines(axes, "smallest gain")
     expected = [
         cl.creep_control_gain(held, held.balanced(creepage=float(z), speed=V)) for z in zeta[::50]
     ]
-    assert_allclose(1e3 * least[::50], expected)
+    assert_allclose(1e3 * smallest[::50], expected)
     figure = STABILITY_FIGURES["loop"].draw(drifting, V)
     assert "Constant vehicle speed" in figure.get_supxlabel()
     x, _, _ = checks.lines(figure.axes[1], "loop, rising frequency")

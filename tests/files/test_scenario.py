@@ -69,15 +69,15 @@ def test_wet_patch_is_100_m_that_the_demand_is_too_much_for(name: str) -> None:
     assert min(left.value) == pytest.approx(WET, abs=1e-3)
     right = scenario.track.friction_right
     assert (right is None) == (name != "split_friction")
-    most = max(map(abs, scenario.demand.value))
+    largest = max(map(abs, scenario.demand.value))
     speed = scenario.initial_speed
     element, worst = scenario.drivetrain.wheelset.element, min(left.value)
     other = worst if right is None else 1.0
     wet = element.radius * cl.vehicle.available_force(
         element, speed=speed, friction_scale=worst, other_friction_scale=other
     )
-    assert wet < most < limit(scenario, speed)
-    assert most > 0.9 * limit(scenario, speed)
+    assert wet < largest < limit(scenario, speed)
+    assert largest > 0.9 * limit(scenario, speed)
 
 
 def test_step_and_ramp_ask_for_too_much_and_end_where_spinning_wheels_come_back() -> None:
@@ -94,8 +94,8 @@ def test_speed_sweep_demands_more_than_friction_gives_at_any_speed() -> None:
     assert held is not None
     assert (min(held.value), max(held.value)) == (5.0, 40.0)
     for speed in np.linspace(5.0, 40.0, 8):
-        most = limit(scenario, speed) + wheelset.damping * speed / wheelset.radius
-        assert most < max(scenario.demand.value)
+        largest = limit(scenario, speed) + wheelset.damping * speed / wheelset.radius
+        assert largest < max(scenario.demand.value)
 
 
 def test_sand_comes_while_the_demand_is_above_the_limit() -> None:

@@ -97,8 +97,8 @@ def test_energy_is_kept_and_friction_takes_it(seed: int) -> None:
     power = result["creep_force"] * result["slip_velocity"]
     assert power.min() >= 0.0
     assert np.diff(result["creep_work"]).min() > -1e-7 * max(works)
-    most = body.element.friction.static * result["friction_scale"] * result["normal_load"]
-    assert (np.abs(result["creep_force"]) <= most * (1.0 + 1e-14)).all()
+    largest = body.element.friction.static * result["friction_scale"] * result["normal_load"]
+    assert (np.abs(result["creep_force"]) <= largest * (1.0 + 1e-14)).all()
 
 
 # ---- scenarios ------------------------------------------------------------------------------

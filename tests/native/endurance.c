@@ -89,14 +89,14 @@ typedef struct {
 
 /* A start, a long pull next to the limit of friction, coasting, braking to rest, standstill; the
  * same backward with less. A brake holds what has come to rest. */
-static double torque_at(double time, double speed, double most) {
-    double brake = -0.55 * most * fmax(-1.0, fmin(1.0, speed / 0.5));
-    if (time < 10.0) return most * time / 10.0;
-    if (time < 70.0) return most;
+static double torque_at(double time, double speed, double highest) {
+    double brake = -0.55 * highest * fmax(-1.0, fmin(1.0, speed / 0.5));
+    if (time < 10.0) return highest * time / 10.0;
+    if (time < 70.0) return highest;
     if (time < 200.0) return 0.0;
     if (time < 420.0) return brake;
-    if (time < 425.0) return -0.3 * most * (time - 420.0) / 5.0;
-    if (time < 450.0) return -0.3 * most;
+    if (time < 425.0) return -0.3 * highest * (time - 420.0) / 5.0;
+    if (time < 450.0) return -0.3 * highest;
     return brake;
 }
 
@@ -136,7 +136,7 @@ static uint64_t digested(uint64_t digest, const motion *m) {
     return digest;
 }
 
-static void run_trips(const fmi *v, void *c, long trips, int counted, double most, char *at) {
+static void run_trips(const fmi *v, void *c, long trips, int counted, double highest, char *at) {
     unsigned references[REFERENCES];
     double now = 0.0, rest[2] = {0.0, 0.0};
     const experiment whole = {.stop = (double)trips * STEPS_PER_TRIP * STEP, .has_stop = 1};
@@ -151,10 +151,10 @@ static void run_trips(const fmi *v, void *c, long trips, int counted, double mos
     FINE(v->get(c, references + OMEGA, 3, (double *)&m));
     for (long trip = 0, step = 0; trip < trips; trip++) {
         works sum = {0.0, 0.0, 0.0, 0.0, 0.0};
-        double least = 0.0, largest = 0.0;
+        double smallest = 0.0, largest = 0.0;
         uint64_t digest = 0;
         for (long i = 0; i < STEPS_PER_TRIP; i++, step++) {
-            double torque = torque_at((double)i * STEP, m.speed, most);
+            double torque = torque_at((double)i * STEP, m.speed, highest);
             works from = powers(&b, &m, torque), to;
             double point = counted ? (double)step * STEP : now;
             FINE(v->set(c, references + TORQUE, 1, &torque));
@@ -164,12 +164,12 @@ static void run_trips(const fmi *v, void *c, long trips, int counted, double mos
             to = powers(&b, &m, torque);
             add(&sum, &from, &to);
             digest = digested(digest, &m);
-            least = fmin(least, m.speed);
+            smallest = fmin(smallest, m.speed);
             largest = fmax(largest, m.speed);
         }
         printf("%016llx %a %a %.4g %.4g %.17g %.17g %.17g %.17g %.17g %.17g %ld\n",
-               (unsigned long long)digest, m.omega, m.speed, largest, least, sum.drive, sum.creep,
-               sum.resistance, sum.damping, sum.throughput, stored(&b, &m), pages());
+               (unsigned long long)digest, m.omega, m.speed, largest, smallest, sum.drive,
+               sum.creep, sum.resistance, sum.damping, sum.throughput, stored(&b, &m), pages());
     }
     double reached = 0.0;
     FUNCTION(fmi2GetRealStatus);

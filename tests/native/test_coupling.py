@@ -146,9 +146,9 @@ def test_implicit_force_stays_below_static_friction_at_any_load(
         model.evaluate()
         model.advance(step)
         force, coefficient = model.get("creep_force", "traction_coefficient")
-        most = rig.wheelset.element.friction.static * (1.0 + 1e-12)
-        assert abs(coefficient) <= most
-        assert abs(force) <= most * load
+        largest = rig.wheelset.element.friction.static * (1.0 + 1e-12)
+        assert abs(coefficient) <= largest
+        assert abs(force) <= largest * load
 
 
 @pytest.mark.parametrize("parallel", [False, True])

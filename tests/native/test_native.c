@@ -58,7 +58,7 @@ static void test_force(const creep_table *table, const force_element_parameters 
         double alone = force_element_force(table, parameters, &any, in.omega, in.speed,
                                            in.normal_load, in.friction_scale);
         CHECK(alone == out.creep_force || parameters->relaxation_length > 0.0);
-        any.most[3] = 0.5 * in.friction_scale - 1e-9;
+        any.maximum[3] = 0.5 * in.friction_scale - 1e-9;
         CHECK(isnan(force_element_force(table, parameters, &any, in.omega, in.speed, in.normal_load,
                                         in.friction_scale)));
         CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));

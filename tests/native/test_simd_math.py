@@ -127,8 +127,8 @@ def test_beyond_the_range_values_stay_in_order(program: Path) -> None:
     assert found[:2] == [0.0, 0.0]
     assert found[4:] == [np.inf, np.inf]
     assert 0.0 < found[2] < 1e-303 < 1e303 < found[3] < np.inf
-    least = np.array([0.0, 5e-324, 2.3e-308, 1e-300, np.inf])
-    found = values(program, "logarithm", least, least)
+    smallest = np.array([0.0, 5e-324, 2.3e-308, 1e-300, np.inf])
+    found = values(program, "logarithm", smallest, smallest)
     assert found == sorted(found)
     assert -710.0 < found[0] < -708.0
     assert found[-1] == np.inf

@@ -268,8 +268,8 @@ def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     before = np.lib.stride_tricks.sliding_window_view(np.pad(demand, (15, 0)), 16).max(axis=1)
     assert (np.abs(run["commanded_torque"]) <= before + slack).all()
     element = case.drivetrain.wheelset.element
-    most = element.friction.static * element.normal_load
-    assert (np.abs(run["creep_force"]) <= most * (1.0 + 1e-12)).all()
+    largest = element.friction.static * element.normal_load
+    assert (np.abs(run["creep_force"]) <= largest * (1.0 + 1e-12)).all()
     assert run["creep_force"][0] == pytest.approx(run["creep_force"][1], rel=0.05, abs=100.0)
 
 

@@ -116,13 +116,13 @@ def test_agrees_with_radau_where_all_inputs_change(
         "friction_scale": cl.Profile((0.0, end), (1.0, 0.7)),
         "resistance_force": cl.Profile((0.0, end), (0.0, 5e3)),
     }
-    gain, integral, most = 1e6, 2e6, 3e4
+    gain, integral, largest = 1e6, 2e6, 3e4
     control = cl.CreepControl(
         reference=reference,
         proportional_gain=gain,
         integral_gain=integral,
         torque_min=0.0,
-        torque_max=most,
+        torque_max=largest,
     )
 
     def motion(time: float, state: np.ndarray) -> list[float]:
@@ -132,7 +132,7 @@ def test_agrees_with_radau_where_all_inputs_change(
         contact = body.element.evaluate(omega=omega, speed=speed, **known)
         error = float(reference(time)) - float(contact["creepage"])
         unlimited = gain * error + memory
-        torque = min(max(unlimited, 0.0), most) if creep else float(reference(time))
+        torque = min(max(unlimited, 0.0), largest) if creep else float(reference(time))
         rate = integral * error + integral / gain * (torque - unlimited) if creep else 0.0
         force = float(contact["creep_force"])
         gained = torque - body.radius * force - body.damping * omega

@@ -44,10 +44,10 @@ def test_routh_agrees_with_eigenvalues(
 @given(pole=number(-300.0, 500.0), part=number(0.01, 2.0), lag=magnitude(1e-4, 1e-1))
 def test_routh_at_its_border(pole: float, part: float, lag: float) -> None:
     loop = abs(pole) * (1.0 + part) + 1.0
-    most = (1.0 - pole * lag) * (loop - pole) / lag
+    largest = (1.0 - pole * lag) * (loop - pole) / lag
     for factor, stable in ((1.0 - 1e-6, pole * lag < 1.0), (1.0 + 1e-6, False)):
-        assert stability.pi_stable(pole, 1.0, loop, factor * most, lag) == stable
-    polynomial = [lag, 1.0 - pole * lag, loop - pole, most]
+        assert stability.pi_stable(pole, 1.0, loop, factor * largest, lag) == stable
+    polynomial = [lag, 1.0 - pole * lag, loop - pole, largest]
     swing = np.roots(polynomial).real  # on the border: a pair on the imaginary axis
     assert np.abs(swing).min() < 1e-7 * np.abs(np.roots(polynomial)).max()
 

@@ -81,8 +81,8 @@ def plausible_vehicle(
         drive_share=float(rng.uniform(0.0, 1.0)),
     )
     fold = cl.find_fold(body, speed=speed)
-    least = max(fold.return_torque, 0.3 * fold.drive_torque)
-    torque = least + float(rng.uniform(0.02, 0.98)) * (fold.drive_torque - least)
+    smallest = max(fold.return_torque, 0.3 * fold.drive_torque)
+    torque = smallest + float(rng.uniform(0.02, 0.98)) * (fold.drive_torque - smallest)
     return Drivetrain(body, axle=axle), speed, torque
 
 

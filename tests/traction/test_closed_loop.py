@@ -115,8 +115,10 @@ def late_rows(
     run = cl.run_scenario(case, "under_test", step=STEP)
     late = slice(-800, None)
     speed = float(run["speed"][late].mean())
-    most = cl.vehicle.available_force(model.wheelset.element, speed=speed, friction_scale=friction)
-    used = float(run["creep_force"][late].mean()) / float(most)
+    largest = cl.vehicle.available_force(
+        model.wheelset.element, speed=speed, friction_scale=friction
+    )
+    used = float(run["creep_force"][late].mean()) / float(largest)
     return used, float(run["slip_velocity"][late].mean()) / 15.0
 
 

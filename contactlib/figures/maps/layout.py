@@ -100,8 +100,8 @@ def layout(dataset: Dataset, outcome: str) -> Layout:
             held.append(_at(data[name]))
     idle = [words(data[n]).name for n in names if n not in matters and dataset.sizes[n] > 1]
     if rest:
-        most = PANELS if len(axes) == 2 and CONTROLLER not in needed else FEW - 1
-        data = data.isel({rest[0]: _spread(data.sizes[rest[0]], most)})
+        limit = PANELS if len(axes) == 2 and CONTROLLER not in needed else FEW - 1
+        data = data.isel({rest[0]: _spread(data.sizes[rest[0]], limit)})
     parts = (("Shown at", held), ("Does not depend on", idle))
     return Layout(
         data[outcome],
@@ -149,9 +149,9 @@ def _at(coordinate: DataArray) -> str:
     return f"{of_axis.name} {of_axis.number(float(coordinate))}"
 
 
-def _spread(count: int, most: int) -> list[int]:
-    """At most `most` evenly spaced indices, from the first to the last."""
-    return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most)).tolist()})
+def _spread(count: int, limit: int) -> list[int]:
+    """At most `limit` evenly spaced indices, from the first to the last."""
+    return sorted({round(i) for i in np.linspace(0, count - 1, min(count, limit)).tolist()})
 
 
 def panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:

@@ -202,10 +202,10 @@ def _winners(
     axes: Axes, edges: list[FloatArray], first: FloatArray, outcome: DataArray
 ) -> dict[str, Any]:
     """Draw which controller does best in each cell."""
-    most = "most" if meaning(outcome.name).better > 0 else "least"
-    axes.set_title(f"controller with the {most}", fontsize=sized(10))
+    word = "maximum" if meaning(outcome.name).better > 0 else "minimum"
+    axes.set_title(f"controller with the {word}", fontsize=sized(10))
     texts = [f"best two within {100.0 * ALIKE:g} % of the scale"]
-    texts += [f"{most}: {run_name(name)}" for name in controllers(outcome)]
+    texts += [f"{word}: {run_name(name)}" for name in controllers(outcome)]
     return draw_categories(axes, edges, first, texts)
 
 

@@ -131,8 +131,8 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
     fold, end = find_fold(wheelset, speed=speed), end_of_curve(wheelset.element)
     zeta = np.linspace(fold.creepage, end, 201)
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in zeta]
-    least = np.array([creep_control_gain(wheelset, point) for point in points])
-    axes.plot(zeta, 1e-3 * least, color=paint.ink, label="smallest gain")
+    smallest = np.array([creep_control_gain(wheelset, point) for point in points])
+    axes.plot(zeta, 1e-3 * smallest, color=paint.ink, label="smallest gain")
     if not wheelset.speed_held:
         bounds: FloatArray = 1e-3 * np.array([gain_bounds(wheelset, point) for point in points])
         names = ("determinant vanishes", "trace vanishes")
@@ -148,8 +148,11 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
         values = 1e-3 * np.array([window.highest for window in largest])
         axes.plot(zeta, values, color=color, lw=width, label=f"largest, delay {1e3 * delay:.2g} ms")
     labels = r"creepage to be held $\zeta$  [%]", "gain", "Gains that hold it, for three delays"
-    largest_least = float(least.max())
-    ylim, legend = (2e-5 * largest_least, 40e-3 * largest_least), {"ncols": 2, "fontsize": sized(9)}
+    largest_minimum = float(smallest.max())
+    ylim, legend = (
+        (2e-5 * largest_minimum, 40e-3 * largest_minimum),
+        {"ncols": 2, "fontsize": sized(9)},
+    )
     labelled(axes, *labels, log="y", xlim=(zeta[0], zeta[-1]), ylim=ylim, legend=legend)
 
 

@@ -330,8 +330,8 @@ def default_chunk(sweep: Sweep, workers: int) -> int:
     if not sweep.plan.controllers:  # analyses run one after the other
         return min(MAX_CHUNK, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
     shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
-    most = min(MAX_CHUNK, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
-    return max(MIN_CHUNK, min(most, shared))
+    limit = min(MAX_CHUNK, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
+    return max(MIN_CHUNK, min(limit, shared))
 
 
 def _run(

@@ -193,11 +193,11 @@ def draw(
 
 
 def extreme_runs(
-    kind: str, spreads: Sequence[Spread], values: FloatArray, most: int = 256
+    kind: str, spreads: Sequence[Spread], values: FloatArray, limit: int = 256
 ) -> list[int]:
-    """Runs at the ends of the axes: at most `most` corners of a grid, or a sample's extremes."""
+    """Runs at the ends of the axes: at most `limit` corners of a grid, or a sample's extremes."""
     if kind != "grid":
         return sorted({int(i) for i in (*values.argmin(axis=0), *values.argmax(axis=0))})
     shape = grid_shape(spreads)
-    corners = islice(product(*({0, n - 1} for n in shape)), most)
+    corners = islice(product(*({0, n - 1} for n in shape)), limit)
     return sorted(int(np.ravel_multi_index(corner, shape)) for corner in corners)

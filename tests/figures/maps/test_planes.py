@@ -170,7 +170,7 @@ def test_controllers_share_one_scale(tmp_path: Path) -> None:
     for axes, name in zip(panels, CONTROLLERS, strict=True):
         values = 1e-3 * compared()["slip_work"].sel(controller=name).values.T
         assert_allclose(numbers(cells(axes).get_array()), values)
-    assert last.get_title(loc="left") == "controller with the least"
+    assert last.get_title(loc="left") == "controller with the minimum"
     assert axes.get_xscale() == "linear"
     assert axes.get_yscale() == "log"
     for axes, flags in zip(panels, compared()["failed"].values, strict=True):

@@ -116,9 +116,9 @@ def test_a_full_disk_is_reported_and_what_was_saved_stays(tmp_path: Path) -> Non
     with locked(path) as file:
         kept = opened(file)
         kept.save(0, FOUND)
-        _, most = known = resource.getrlimit(resource.RLIMIT_FSIZE)
+        _, largest = known = resource.getrlimit(resource.RLIMIT_FSIZE)
         try:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 50, most))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 50, largest))
             with pytest.raises(OSError, match=r"x\.chunks"):
                 kept.save(4, FOUND)
             with pytest.raises(OSError, match=r"x\.chunks"):

@@ -21,8 +21,8 @@ static const char *wrong_parameters(const contactlib_parameters *p) {
 @limits_p@
     if (!(p->static_friction >= p->kinetic_friction))
         return "static_friction must be at least kinetic_friction";
-    double least = TABLE.static_to_kinetic * p->kinetic_friction;
-    if (least > 0.0 && !(fabs(p->static_friction - least) <= 1e-9 * least))
+    double expected = TABLE.static_to_kinetic * p->kinetic_friction;
+    if (expected > 0.0 && !(fabs(p->static_friction - expected) <= 1e-9 * expected))
         return "static_friction over kinetic_friction must be the table's ratio";
     return NULL;
 }

@@ -11,10 +11,10 @@ int main(void) {
     double radius = wheel.contact.radius, load = wheel.input.normal_load;
     /* At a held speed these bodies have the same slip acceleration per force. */
     double inertia = radius * radius / wheel.effective_inverse_mass;
-    double most = 1.5 * wheel.contact.static_friction * load * radius;
+    double largest = 1.5 * wheel.contact.static_friction * load * radius;
     printf("time [s]  torque [N.m]  omega [rad/s]  creepage [1]  force [N]\n");
     for (int i = 0; i <= 200; i++) {
-        double torque = most * i / 200;
+        double torque = largest * i / 200;
         const char *error = contactlib_step(&wheel, step, CONTACTLIB_TOLERANCE);
         if (error != NULL) {
             fprintf(stderr, "%s\n", error);
