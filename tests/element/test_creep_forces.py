@@ -78,7 +78,7 @@ def test_what_was_not_checked_is_reported() -> None:
     with pytest.warns(AspectWarning, match="outside 1/8"):
         pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
     table = cl.carter_griffith_table("line")
-    with pytest.raises(ValueError, match="must be of an ellipse"):
+    with pytest.raises(ValueError, match="must be the table of an ellipse"):
         cl.CreepForces(COULOMB, shear_modulus=G, poisson_ratio=NU, table=table)
     falling = cl.Friction(
         static=0.3, kinetic=0.3, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6

@@ -156,10 +156,10 @@ def test_every_input_comes_from_one_place(package: Path, structure: str) -> None
         )
         assert (kinds[start][0], kinds[end][0]) == expected
         targets.append(end)
-    expected = {
+    fed = {
         place for place, (kind, _) in kinds.items() if (kind == "input") == (place[0] is not None)
     }
-    assert sorted(targets, key=str) == sorted(expected, key=str)
+    assert sorted(targets, key=str) == sorted(fed, key=str)
 
 
 def test_subsystem_has_the_connectors_of_a_wheelset(package: Path) -> None:

@@ -132,8 +132,8 @@ def apart(action: Callable[[], object]) -> tuple[int, str]:
         error = ""
         try:
             action()
-        except BaseException as error:
-            error = f"{type(error).__name__}: {error}"
+        except BaseException as raised:
+            error = f"{type(raised).__name__}: {raised}"
         os.write(outlet, error.encode())
         # Or what coverage saves now ends after as many bytes.
         resource.setrlimit(resource.RLIMIT_FSIZE, (HARD_LIMIT, HARD_LIMIT))

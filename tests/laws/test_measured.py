@@ -175,7 +175,7 @@ def test_the_summary_reports_how_far_the_curve_is_from_the_points() -> None:
 def test_one_point_in_error_is_named(place: int) -> None:
     mu = MU.copy()
     mu[place] /= 10.0
-    with pytest.warns(InputWarning, match=rf"my: the point of {mu[place]:.4g} at .* is it a slip"):
+    with pytest.warns(InputWarning, match=rf"my: the point of {mu[place]:.4g} at .* a typing"):
         MeasuredCurve(ZETA, mu, name="my")
 
 

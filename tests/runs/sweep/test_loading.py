@@ -39,7 +39,7 @@ def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_pat
         ('["slip_work", ', "[", "no controller runs, as all outcomes come from the analysis"),
         (SWEEP[SWEEP.index("[axes") :], "axes = {}\n", "axes: give at least one, [axes.NAME]"),
         ("outcomes", "outcome", "outcome is not a known key; did you mean 'outcomes'"),
-        ("[axes.inertia]", "[axes.slip_work]", "not be that of an outcome"),
+        ("[axes.inertia]", "[axes.slip_work]", "not be the name of an outcome"),
         ("[axes.inertia]", "[axes.run]", "'run' is not a name"),
         ("[axes.inertia]", "[axes.string9]", "'string9' is not a name"),
         ("track.friction[1]", "track.friction[2]", "set by axes.patch already"),
