@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import POSITIVE, checked
 from contactlib.figures.style import (
@@ -84,7 +85,7 @@ def thermal_strips(contact: ThermalContact, creepages: Sequence[float], *, speed
 
 def thermal_curves(
     contact: ThermalContact,
-    speeds: Sequence[float],
+    speeds: ArrayLike,
     *,
     data: TractionData | None = None,
     largest_creepage: float = 0.25,
@@ -95,7 +96,7 @@ def thermal_curves(
     ----------
     contact : ThermalContact
         The contact.
-    speeds : sequence of float
+    speeds : array_like
         V [m/s], each above 0.
     data : TractionData, optional
         Measured points to draw beneath them.
@@ -129,7 +130,7 @@ def thermal_curves(
     return figure
 
 
-def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[float]) -> Figure:
+def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: ArrayLike) -> Figure:
     """Critical torque, time constant of slip-away and clearing time over speed.
 
     The clearing time is that of a torque 5 % below the critical one, on half of the friction.
@@ -138,7 +139,7 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: Sequence[flo
     ----------
     wheelsets : mapping
         One to three wheelsets, by their names in the legend.
-    speeds : sequence of float
+    speeds : array_like
         V [m/s], above 0 and strictly increasing.
 
     Raises

@@ -748,7 +748,7 @@ def test_source_reports_what_the_fmu_logged(fmu: Path) -> None:
     ("options", "message"),
     [
         ({"fmi_version": 1}, "fmi_version = 1 must be 2 or 3"),
-        ({"platforms": ["pdp11-unix"]}, "'pdp11-unix' must be one of x86_64-linux"),
+        ({"platforms": ["pdp11-unix"]}, "'pdp11-unix' must be one of: x86_64-linux"),
         ({"relaxation_length": 0.0}, "relaxation_length = 0.0 is out of range"),
         ({"kind": "car"}, "kind = 'car' must be one of"),
         ({"relaxation_length": 8e-3, "kind": "wheelset_body"}, "needs a contact"),

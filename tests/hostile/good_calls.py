@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cache, cached_property, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import contactlib as cl
-from contactlib import traction
+from contactlib import stability, traction
 from contactlib.laws import ContactHeat, FitResult, Softening, ThermalContact
 from contactlib.laws.polach import Polach
 from contactlib.runs import KernelSource
@@ -28,7 +27,10 @@ from contactlib.stability import control_systems, torsion
 from contactlib.traction import Sensors
 from contactlib.vehicle import Axle, CreepCurve, Drivetrain, Motor, OperatingPoint, WheelLoad
 
-SUBMODULES = ("control_systems", "stability", "torsion", "traction")
+MODULES = (
+    *(cl, cl.laws, cl.table, cl.element, cl.vehicle, stability, torsion, control_systems),
+    *(traction, cl.files, cl.runs, cl.export),
+)
 POSITION = 4  # in a row, of the number that a call takes where it needs one
 NUMERIC = re.compile(r"(Annotated\[)?(float|int|ArrayLike|Axis|Values|Sequence\[int|tuple\[float)")
 CONDITIONS = ("speed", "normal_load", "friction_scale", "resistance_force")  # `GivenConditions`
@@ -300,8 +302,8 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
     "Track": {"": lambda: cl.Track(friction_left=cl.Profile((0.0, 0.5), (1.0, 2.0)))},
     "WheelLoad": {"": lambda: WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01))},
     "Wheelset": {"": rig},
-    "torsion.AntiphaseForce": {"": lambda: torsion.AntiphaseForce(rig(), point())},
-    "traction.SensorReader": {"": lambda: noisy().reader(6, 0.01, radius=0.5)},
+    "AntiphaseForce": {"": lambda: torsion.AntiphaseForce(rig(), point())},
+    "SensorReader": {"": lambda: noisy().reader(6, 0.01, radius=0.5)},
 }
 
 
@@ -344,7 +346,7 @@ INSTEAD: dict[str, Callable[..., Any]] = {
     "export_fmu": to_folder(cl.export_fmu, "fmu"),
     "export_ssp": to_folder(cl.export_ssp, "ssp"),
     "fit": fit_between,
-    "traction.SensorReader": read_by,
+    "SensorReader": read_by,
 }
 
 PAIRS = {"creepage": CREEPAGES, "traction_coefficient": COEFFICIENTS}
@@ -405,12 +407,12 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "basin free": FREE,
     "clearing free": FREE,
     "cohesive_table": {"contact": "line"},
-    "control_systems.creep_loop": LOOP,
-    "control_systems.creep_control_system": {"controller": creep_control},
-    "control_systems.growth_rate": {"poles": row(-1.0, 0.5, 0.2, 3.0)},
-    "control_systems.operating_point": {"creepage": 0.005, "resistance_force": None},
-    "control_systems.phase_plane_system": FREE,
-    "control_systems.sampled_loop": LOOP,
+    "creep_loop": LOOP,
+    "creep_control_system": {"controller": creep_control},
+    "growth_rate": {"poles": row(-1.0, 0.5, 0.2, 3.0)},
+    "operating_point": {"creepage": 0.005, "resistance_force": None},
+    "phase_plane_system": FREE,
+    "sampled_loop": LOOP,
     "cosimulate": {"controller": torque_control, "duration": 1e-3, "step": 1e-4},
     "fit": {"low": 0.1, "high": 1.0, "level": 0.95, "k_hat": 0.0, "saturation_creepage": 0.02},
     "friction_with_k_hat": FALLING,
@@ -426,14 +428,14 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "run_scenario": {"tolerance": 1e-6},
     "simulate": {"controller": torque_control, "output_interval": 0.01, "tolerance": 1e-6},
     "slip_away_time": {"drive_torque": 4e4, "start": 0.0},
-    "stability.pi_stable": {
+    "pi_stable": {
         "pole": row(1.0, 70.0, -5.0, 0.0, 2.0, 9.0),
         "proportional": 1e6,
         "integral": 1e5,
     },
-    "stability.proportional_window continuous": {"sample_time": 0.0},
-    "stability.slip_away_estimate": {"drive_torque": 4e4},
-    "stability.slip_away_formula": {
+    "proportional_window continuous": {"sample_time": 0.0},
+    "slip_away_estimate": {"drive_torque": 4e4},
+    "slip_away_formula": {
         "overload": 0.1,
         "peak_force": 5e4,
         "peak_curvature": 1e8,
@@ -441,12 +443,12 @@ OVERRIDES: dict[str, dict[str, Any]] = {
         "end_creepage": 0.5,
         "sliding_force": 4e4,
     },
-    "traction.SensorReader": {
+    "SensorReader": {
         "sensors": lambda: [noisy()] * 6,
         "index": np.arange(6),
         "radius": np.full(6, 0.5),
     },
-    "traction.SensorReader.read": dict.fromkeys(MEASURED, SPEEDS),
+    "SensorReader.read": dict.fromkeys(MEASURED, SPEEDS),
     "tune": {"trials": 60},
 }
 
@@ -454,27 +456,27 @@ OVERRIDES: dict[str, dict[str, Any]] = {
 ROWS = {
     *("Friction.from_samples", "FitResult.traction_coefficient", "MeasuredCurve", "Profile"),
     *("Softening", "Track.from_breakpoints", "TractionData", "WheelLoad"),
-    "control_systems.growth_rate",
-    *("traction.SensorReader", "traction.SensorReader.read"),
+    "growth_rate",
+    *("SensorReader", "SensorReader.read"),
 }
 # What a function takes as it is.
 UNCHECKED = {
-    "control_systems.growth_rate": {"poles"},
-    "traction.SensorReader.read": set(MEASURED),
+    "growth_rate": {"poles"},
+    "SensorReader.read": set(MEASURED),
 }
 # Names under which an error reports an argument, if it is not the argument's.
 REPORTED_AS = {
     ("Friction.from_function", "level"): "f|kinetic",
     ("Scenario", "design_speed"): "speed",
-    ("control_systems.operating_point", "friction_scale"): "friction_scale|drive_torque",
+    ("operating_point", "friction_scale"): "friction_scale|drive_torque",
     ("fit", "low"): "kinetic",
     ("fit", "high"): "kinetic",
 }
 # An answer may be infinite; it may have nan, which then stands for "none".
 INFINITE = {
     *("CohesiveZone", "CohesiveZone.slip", "Drivetrain", "Polach", "Wheelset", "basin", "clearing"),
-    *("controllability", "separatrix", "slip_away_time", "stability.delay_limit"),
-    *("stability.proportional_window", "stability.slip_away_estimate"),
+    *("controllability", "separatrix", "slip_away_time", "delay_limit"),
+    *("proportional_window", "slip_away_estimate"),
 }
 NOT_A_NUMBER = {"fit", "run_many", "sensor_errors"}
 EVERY_STEP = "called at every step of an integrator: checks nothing"
@@ -496,7 +498,7 @@ EXEMPT: dict[str, str] = {
     "Model": "takes objects that are checked: made by load_model",
     "SampledController.reset": "of a base class: traction/test_stacking.py",
     "TractionData.from_csv": "has a file: laws/test_traction_data.py",
-    "traction.SlipLimiter": "the base of CreepPI and SlopeSeeking, which are called",
+    "SlipLimiter": "the base of CreepPI and SlopeSeeking, which are called",
     **dict.fromkeys(
         ("Sweep", "Sweep.describe", "Sweep.scenario_of", "ensemble"), "of a file: runs/sweep"
     ),
@@ -512,16 +514,15 @@ def public() -> dict[str, Any]:
 
     Exceptions, named tuples, which are answers, and protocols are left out.
     """
-    modules: dict[str, ModuleType] = {"": cl, **{f"{n}.": getattr(cl, n) for n in SUBMODULES}}
     found: dict[str, Any] = {}
-    for prefix, module in modules.items():
+    for module in MODULES:
         for name in dir(cl) if module is cl else module.__all__:
             value = getattr(module, name)
             answers = inspect.isclass(value) and (
                 issubclass(value, BaseException | tuple) or getattr(value, "_is_protocol", False)
             )
             if callable(value) and not answers and not any(value is v for v in found.values()):
-                found[prefix + name] = value
+                found[name] = value
     for name, value in list(found.items()):
         if inspect.isclass(value):
             for method, attribute in inspect.getmembers(value, is_method):
