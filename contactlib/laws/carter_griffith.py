@@ -7,14 +7,18 @@ over an ellipse.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, Quantity
+from contactlib.laws import layer
 from contactlib.laws.contact_law import ContactLaw, Peak, places_at, strips_at
 from contactlib.laws.strips import (
     MIN_ELLIPSE_K_HAT,
@@ -25,6 +29,8 @@ from contactlib.laws.strips import (
     solve_split,
     split_at,
 )
+
+LAYER_RATIO = Quantity("1", at_least=0.0, at_most=100.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,11 +48,15 @@ class CarterGriffith(ContactLaw):
     contact : {"line", "elliptic"}
         Shape of the contact. The ellipse is a sum of uncoupled strips, so the ratio of its axes has
         no effect; a `ForceElement` adds the corrections for a half-space.
+    layer_ratio : float, optional
+        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, whose shear
+        compliance L [m/Pa] is its thickness over its shear modulus; see `laws.layer`. It lowers the
+        initial slope, bounds the traction and rounds the peak. Default: no layer.
 
     Raises
     ------
     ValueError
-        If `k_hat` is out of range or `contact` is not a known shape.
+        If `k_hat` or `layer_ratio` is out of range or `contact` is not a known shape.
 
     Examples
     --------
@@ -55,7 +65,11 @@ class CarterGriffith(ContactLaw):
     Peak(normalized_creepage=1.5, traction_ratio=1.75)
     >>> law.slope(0.0).item()
     2.0
+    >>> CarterGriffith(k_hat=1.0, layer_ratio=1.0).slope(0.0).round(6).item()
+    0.773647
     """
+
+    layer_ratio: Annotated[float, LAYER_RATIO] = 0.0
 
     @property
     def _k_hat(self) -> float:
@@ -64,6 +78,11 @@ class CarterGriffith(ContactLaw):
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope at x >= 0."""
+        if self.layer_ratio > 0.0 and self.contact == "elliptic":
+            return layer.ellipse_with_layer(x, self._k_hat, self.layer_ratio)
+        if self.layer_ratio > 0.0:
+            ratio, slope = layer.line_with_layer(x, self._k_hat, self.layer_ratio)
+            return ratio.reshape(x.shape), slope.reshape(x.shape)
         if self.contact == "line":
             return line_values(solve_split(x, self._k_hat))
         if self.k_hat < MIN_ELLIPSE_K_HAT:
@@ -118,9 +137,12 @@ class CarterGriffith(ContactLaw):
         Returns
         -------
         ndarray
-            Zero outside the contact, infinite at the stick boundary if `k_hat` > 0.
+            Zero outside the contact. At the stick boundary it is infinite if `k_hat` > 0; with a
+            layer it jumps there by k_hat sqrt(pi p/lam).
         """
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
+        if self.layer_ratio > 0.0:
+            return self._with_layer(xi, x, w, layer.line_traction)
         m, s = self._stick(x, w)
         lead = np.maximum(w - xi, 0.0)
         behind = np.maximum(xi - w * (m - s), 0.0)
@@ -148,9 +170,12 @@ class CarterGriffith(ContactLaw):
         -------
         ndarray
             Zero where the surface sticks and outside the contact, infinite behind the stick
-            boundary if `k_hat` > 0; the sign is that of x.
+            boundary if `k_hat` > 0; the sign is that of x. A layer slips in addition by its
+            shear at the stick boundary, at once.
         """
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
+        if self.layer_ratio > 0.0:
+            return self._with_layer(xi, x, w, layer.line_slip_rate)
         m, s = self._stick(x, w)
         lead = np.maximum(w - xi, 0.0)
         behind = np.where(xi >= -w, np.maximum(w * (m - s) - xi, 0.0), 0.0)
@@ -165,6 +190,23 @@ class CarterGriffith(ContactLaw):
             rate = rate + np.where(np.abs(xi) <= w, np.maximum(np.abs(x) - w, 0.0), 0.0)
         return np.asarray(np.copysign(1.0, x) * rate)
 
+    def _with_layer(
+        self,
+        xi: FloatArray,
+        x: FloatArray,
+        w: FloatArray,
+        of_line: Callable[[FloatArray, float, float, layer.Line], FloatArray],
+    ) -> FloatArray:
+        """What `of_line` gives at positions of strips with a layer; each strip is solved once."""
+        found = np.zeros(xi.shape)
+        for size, width in set(zip(np.abs(x).ravel().tolist(), w.ravel().tolist(), strict=True)):
+            here = (np.abs(x) == size) & (w == width) & (np.abs(xi) <= width)
+            if size > 0.0 and width > 0.0 and here.any():
+                strip = size / width, self._k_hat / width, self.layer_ratio / width
+                state = layer.line_state(*strip)
+                found[here] = width * of_line(xi[here] / width, strip[0], strip[2], state)
+        return np.asarray(np.copysign(1.0, x) * found)
+
     def _stick(self, x: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stick measure m of the strips and 1 - m; a strip of zero width only slips."""
         m, s = np.ones(x.shape), np.zeros(x.shape)
@@ -172,19 +214,31 @@ class CarterGriffith(ContactLaw):
         k_hat = self._k_hat / w[wide] if self._k_hat > 0.0 else 0.0  # Eq. (22)
         with np.errstate(over="ignore"):  # infinite creepage means full slip
             at = np.abs(x[wide]) / w[wide]
-        m[wide], s[wide], _ = solve_split(at, k_hat)
+        if self.layer_ratio > 0.0:
+            log_t = layer.solve_layer(at, k_hat + 0.0 * at, self.layer_ratio / w[wide])
+            m[wide], s[wide], _ = split_at(np.exp(log_t), 0.0)
+        else:
+            m[wide], s[wide], _ = solve_split(at, k_hat)
         return m, s
 
     @cached_property
     def peak(self) -> Peak:
         """Maximum of the law.
 
-        For the line it is the root of k_hat (1 + t**4) (3 t**4 - 1) = 4 t**3, for the ellipse the
-        zero of the slope. For ``k_hat=0`` it is the first point of Carter's plateau.
+        For the line it is the root of k_hat (1 + t**4) (3 t**4 - 1) = 4 t**3, for the ellipse or
+        with a layer the zero of the slope. For ``k_hat=0`` it is the first point of Carter's
+        plateau, which a layer moves to infinity.
         """
         k = self._k_hat
         if k == 0.0:
-            return Peak(1.0, 1.0)
+            return Peak(1.0 if self.layer_ratio == 0.0 else math.inf, 1.0)
+        if self.layer_ratio > 0.0:
+            # The force of Coulomb friction grows slower, as x**-3, than that of k_hat falls.
+            low, high = 0.25, 2.0
+            while self.slope(high) > 0.0:
+                low, high = high, 2.0 * high
+            x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-300, rtol=1e-12))
+            return Peak(x, float(self.traction_ratio(x)))
         if self.contact == "elliptic":
             # Wide strips still rise where narrow ones fall: the peak is left of the line's.
             top = CarterGriffith(k_hat=k).peak.normalized_creepage

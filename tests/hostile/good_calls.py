@@ -80,6 +80,7 @@ GOOD: dict[str, Any] = {
     "initial_speed": 10.0,
     "integral_gain": 1e5,
     "k_hat": row(0.0, 0.05, 0.4, 1.0, 0.3, 1.6),
+    "layer_ratio": row(0.0, 0.01, 0.1, 1.0, 0.5, 30.0),
     "kinetic": 0.21,
     "lag": 0.01,
     "lateral_position": 0.9 * XI,
