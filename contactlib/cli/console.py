@@ -79,7 +79,7 @@ def output_option(default: str, text: str) -> Callable[[Callable[..., Any]], Cal
 
 
 def drawing_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options of a command that draws figures; their `formats` become an argument of it."""
+    """Add the options of figures to a command, which receives `formats` as an argument."""
 
     def formats(_context: click.Context, _option: object, listed: str) -> tuple[str, ...]:
         from contactlib.figures.files import file_formats

@@ -225,7 +225,7 @@ class Scenario(Parameters):
             raise ValueError(f"held_speed = {self.held_speed!r}: the wheelset's speed is {state}")
         if self.held_speed is not None and self.initial_speed != float(self.held_speed(0.0)):
             raise ValueError(
-                f"initial_speed = {self.initial_speed!r} must be that of held_speed, "
+                f"initial_speed = {self.initial_speed!r} must equal held_speed at the start, "
                 f"{float(self.held_speed(0.0))!r}"
             )
         if not self.controllers:

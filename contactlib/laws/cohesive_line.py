@@ -53,7 +53,7 @@ _SHAPES = np.array(
 
 
 def _regime(kind: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
-    """Stick length, L = 2 - stick length, edge slip; derivatives of first and last by v."""
+    """Stick length, slipping length, edge slip; derivatives of the first and last by v."""
     c0, c1, c2, c3 = _SHAPES.T[:, kind]
     square = v * v
     stick = c0 + c1 * square

@@ -338,7 +338,7 @@ def _place(
     """Where a column stands, from zero."""
     if isinstance(column, int):
         if column > len(head):
-            raise ValueError(f"line {line}: there is no column {column}: there are {len(head)}")
+            raise ValueError(f"line {line}: column {column} does not exist: there are {len(head)}")
         return column - 1
     if headless:
         raise ValueError(

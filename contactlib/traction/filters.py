@@ -217,7 +217,7 @@ def elasticity(
 
 
 def slip_noise(sensors: Sensors, sample_time: float, filter_time: float, gain: float) -> float:
-    """Standard deviation of the observed slip by the sensors' noise [m/s].
+    """Standard deviation of the observed slip due to the sensors' noise [m/s].
 
     A first-order filter of this gain reduces white variance to gain/(2 - gain), the mean of two
     neighbours by a further 1 - gain/2; the slow means remove about half of the variance that the

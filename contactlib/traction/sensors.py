@@ -210,11 +210,15 @@ class SensorReader:
         self._counts = any(one.encoder_pulses > 0.0 for one in sensors)
         if self._counts:
             if radius is None:
-                raise ValueError("radius is missing: an encoder's pulses are of a wheel's turns")
+                raise ValueError(
+                    "radius is missing: it converts the pulses of an encoder to a speed"
+                )
             checked_number("sample_time", sample_time, COUNTED)
             turn = 2.0 * np.pi * checked("radius", radius, COUNTED)
             if turn.shape not in ((), (self._count,)):
-                raise ValueError(f"radius has the shape {turn.shape}, not {(self._count,)}")
+                raise ValueError(
+                    f"radius has the shape {turn.shape}: must be () or ({self._count},)"
+                )
             turns = np.broadcast_to(turn, self._count).tolist()
             self._pulse = self._each(
                 around / max(one.encoder_pulses, 1.0)

@@ -198,7 +198,7 @@ class Track:
         over_time = {"time": time, "friction_over_time": friction_over_time}
         given = [key for key, values in over_time.items() if values]
         if len(given) == 1:
-            raise ValueError(f"time and friction_over_time must go together; given is {given[0]}")
+            raise ValueError(f"{given[0]} is given alone: time and friction_over_time go together")
         if given:
             factors["friction_over_time"] = profile_of(**over_time)
         return cls(**factors)

@@ -332,7 +332,7 @@ ADDED = [
         "[track]\ndistance = [0.0]\nfriction_left = [1.0]",
         r"track\.distance must go with .*given are distance and friction_left",
     ),
-    ("[track]\ntime = [0.0]", r"track\.time and .* go together"),
+    ("[track]\ntime = [0.0]", r"track\.time is given alone: .* go together"),
     ("[track]\nslope = [0.5]", r"track\.distance must go .*given are slope"),
     (
         "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]",

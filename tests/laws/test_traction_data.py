@@ -169,7 +169,7 @@ def test_options_are_checked(tmp_path: Path) -> None:
     for columns in ("ab", ("a",), ("a", "a"), (0, 1), ("a", 1.0), ("a", True)):
         with pytest.raises(ValueError, match=r"columns = .* must be two or three different names"):
             TractionData.from_csv(path, columns=columns)
-    with pytest.raises(ValueError, match="there is no column 3: there are 2"):
+    with pytest.raises(ValueError, match="column 3 does not exist: there are 2"):
         TractionData.from_csv(path, columns=(1, 3))
     with pytest.raises(ValueError, match="creepage_unit = 'percent' must be '1' or '%'"):
         TractionData.from_csv(path, columns=("a", "b"), creepage_unit="percent")
