@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -18,6 +17,11 @@ X = np.array([1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0, 20.0])
 COULOMB = [
     (0.03, -0.9989880123, 0.941697465, 0.003321666, 0.006255035),
     (0.2, -0.9989880123, 0.746910643, 0.009356350, 0.013975447),
+    (0.2, 0.2585923401, 0.535553581, 0.916701732, 0.878798147),
+    (1, 0.9833695295, 0.005265763, 11.917630535, 0.999678254),
+    (1, 0.9242673642, 0.023538546, 6.014038298, 0.996862915),
+    (3, 0.9886711796, 0.001200582, 40.746242392, 0.999818874),
+    (10, -0.6055033758, 0.048615980, 5.202461831, 0.540378311),
 ]
 
 
@@ -38,10 +42,10 @@ def test_another_program_gives_the_same(
 ) -> None:
     state = states(lam / (1.0 - c), np.array([0.5 * np.arccos(-c)]))
     assert state.softening == pytest.approx(sigma, abs=1e-8)
-    assert state.creepage[0] == pytest.approx(creepage, abs=1e-8)
+    assert state.creepage[0] == pytest.approx(creepage, rel=1e-8, abs=1e-8)
     assert 1.0 - state.slipped[0] == pytest.approx(ratio, abs=1e-8)
     q = with_layer(0.0, lam).traction_ratio(creepage)
-    assert q == pytest.approx(ratio, abs=2e-8)  # by the interpolation of all states
+    assert q == pytest.approx(ratio, abs=5e-8)  # by the interpolation of all states
 
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.3, 1.0])
@@ -123,18 +127,15 @@ def test_traction_adds_up_to_the_force() -> None:
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.05, 0.3])
 def test_an_ellipse_is_its_strips(k_hat: float) -> None:
+    """Summed by the midpoint rule over the width, as a vehicle tool would do it."""
+    eta = (np.arange(4000) + 0.5) / 4000
+    w = np.sqrt(1.0 - eta**2)
     for lam in (0.01, 0.5):
         for x in (0.2, 1.4):
-
-            def force(eta: float) -> float:
-                w = np.sqrt(1.0 - eta**2)
-                ratio, _ = layer.line_with_layer(x / w, k_hat / w, lam / w)  # noqa: B023
-                return float(1.5 * w**2 * ratio[0])
-
-            whole = quad(force, 0.0, 0.999, points=[np.sqrt(max(0.0, 1.0 - x**2))], epsabs=1e-9)[0]
-            rest = 1.5 * (1.0 - 0.999 - (1.0 - 0.999**3) / 3.0)  # where all slips
+            strips, _ = layer.line_with_layer(x / w, k_hat / w, lam / w)
+            force = 1.5 * np.mean(w**2 * strips)
             law = with_layer(k_hat, lam, "elliptic")
-            assert law.traction_ratio(x) == pytest.approx(whole + rest, abs=3e-5)
+            assert law.traction_ratio(x) == pytest.approx(force, abs=2e-6)
 
 
 def test_a_layer_flattens_and_lowers_the_curve() -> None:
