@@ -17,7 +17,8 @@ xi, f_y = -c22 eta - c23 phi, m_z = c23 eta - c33 phi. Slip, and displacement by
 
 with the angle of the line from source to receiver against x, and the traction's bound |p| <=
 sqrt(1 - (x/a)^2 - (y/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/Delta)), where u_s is the slip distance
-since the leading edge.
+since the leading edge. A thin elastic layer between the bodies adds lam p to the displacement, in
+the units of `contactlib.laws.layer`.
 
 Method. Rows lie at Chebyshev nodes y = b cos(t_j) and span their chord, nodes at x = a sin(t_j)
 cos(k h), h = pi/(columns + 1). So no staircase follows the edge, and traction, which vanishes
@@ -84,6 +85,8 @@ class Grid:
     a_over_b, poisson_ratio : float
     columns, rows : int
         Nodes along each chord; number of chords.
+    layer_ratio : float
+        lam = L G/(2 (1 - nu) a) of a layer of the shear compliance L. Default: 0, no layer.
 
     Attributes
     ----------
@@ -91,7 +94,14 @@ class Grid:
         Places, Hertz pressure over its peak, and the force of a unit traction at each node.
     """
 
-    def __init__(self, a_over_b: float, poisson_ratio: float, columns: int, rows: int) -> None:
+    def __init__(
+        self,
+        a_over_b: float,
+        poisson_ratio: float,
+        columns: int,
+        rows: int,
+        layer_ratio: float = 0.0,
+    ) -> None:
         a, b = np.sqrt(a_over_b), 1 / np.sqrt(a_over_b)
         step = np.pi / (columns + 1)
         along, across = step * np.arange(1, columns + 1), np.pi / rows * (np.arange(rows) + 0.5)
@@ -119,6 +129,13 @@ class Grid:
         influence = -np.block(
             [[(1 - nu) * plain + nu * cos2, nu * cos_sin], [nu * cos_sin, plain - nu * cos2]]
         )
+        if layer_ratio > 0.0:
+            # du/dx of the layer, ahead of the nodes, from the derivative of the sine series.
+            mode, place = np.arange(1, columns + 1), along - step / 2
+            to_sines = 2 / (columns + 1) * np.sin(np.outer(mode, along))
+            rate = -(mode * np.cos(np.outer(place, mode))) @ to_sines / np.sin(place)[:, None]
+            layer = 3 * layer_ratio * (1 - nu) / np.pi / half_chord[:, 0]
+            influence -= np.kron(np.eye(2), np.kron(np.diag(layer), rate))
         rigid = np.zeros((3, 2, size))
         rigid[0, 0] = rigid[1, 1] = 1
         rigid[2] = -self.y, ahead.ravel()
@@ -319,8 +336,10 @@ def _by_unknowns(
 
 
 @functools.lru_cache(maxsize=8)
-def _grid(a_over_b: float, poisson_ratio: float, columns: int, rows: int) -> Grid:
-    return Grid(a_over_b, poisson_ratio, columns, rows)
+def _grid(
+    a_over_b: float, poisson_ratio: float, columns: int, rows: int, layer_ratio: float
+) -> Grid:
+    return Grid(a_over_b, poisson_ratio, columns, rows, layer_ratio)
 
 
 def rolling_forces(
@@ -330,6 +349,7 @@ def rolling_forces(
     poisson_ratio: float,
     static_ratio: float = 1.0,
     weakening_length: float = 1.0,
+    layer_ratio: float = 0.0,
     grids: tuple[tuple[int, int], tuple[int, int]] = GRIDS,
 ) -> FloatArray:
     """Give the forces of one case or of many, extrapolated from two grids.
@@ -344,6 +364,8 @@ def rolling_forces(
         f_s/f_d. Default: 1, Coulomb's friction.
     weakening_length : float
         Delta in the module's variables.
+    layer_ratio : float
+        lam of a layer between the bodies, as for `Grid`. Default: 0, no layer.
     grids : pair of (columns, rows)
         The coarse and the fine grid.
 
@@ -356,7 +378,7 @@ def rolling_forces(
     cases = creepages.reshape(-1, 3)
     coarse, fine = np.empty_like(cases), np.empty_like(cases)
     for (columns, rows), forces in zip(grids, (coarse, fine), strict=True):
-        grid, state = _grid(a_over_b, poisson_ratio, columns, rows), None
+        grid, state = _grid(a_over_b, poisson_ratio, columns, rows, layer_ratio), None
         for i, case in enumerate(cases):
             try:
                 state = grid.solve(

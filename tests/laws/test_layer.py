@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from half_space import rolling_forces
 from numpy.testing import assert_allclose
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.laws import layer
 from contactlib.laws.layer import behind, between_nodes, line_state, panels, states
 
+NU = 0.28
 X = np.array([1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0, 20.0])
 # Line contact under Coulomb friction by another program, a panel method with an error below 1e-7:
 # lam, c, sigma(lam/d), X0, q0.
@@ -136,6 +139,31 @@ def test_an_ellipse_is_its_strips(k_hat: float) -> None:
             force = 1.5 * np.mean(w**2 * strips)
             law = with_layer(k_hat, lam, "elliptic")
             assert law.traction_ratio(x) == pytest.approx(force, abs=2e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("aspect", "error"), [(0.5, 0.004), (1.0, 0.005), (2.0, 0.008)])
+def test_strips_agree_with_half_spaces(aspect: float, error: float) -> None:
+    """With the stiffness of clean bodies, and softer as the middle strip slips."""
+    scales = kernel.half_space_scales(aspect, NU)
+    for lam in (0.3, 1.0, 5.0):
+        x = (1.0 + 3.0 * lam) * np.array([0.1, 0.3, 0.6, 1.3])
+        creepages = np.outer(-3.0 * (1.0 - NU) / np.pi * x, [1.0, 0.0, 0.0])
+        forces = rolling_forces(
+            creepages,
+            a_over_b=aspect,
+            poisson_ratio=NU,
+            layer_ratio=lam,
+            grids=((15, 6), (23, 6)),
+        )
+        for at, force in zip(x, forces[:, 0], strict=True):
+            stiffness = scales.stiffness_x
+            for _ in range(5):
+                law = with_layer(0.0, stiffness * lam)
+                slipping = 0.5 * (1.0 + float(law.stick_boundary(stiffness * at)))
+                stiffness = scales.stiffness_x * (1.0 - scales.softening_x * slipping)
+            whole = with_layer(0.0, stiffness * lam, "elliptic")
+            assert whole.traction_ratio(stiffness * at) == pytest.approx(force, abs=error)
 
 
 def test_a_layer_flattens_and_lowers_the_curve() -> None:
