@@ -96,7 +96,7 @@ export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests
 export function clearingText(found: Clearing | null, length: number): string {
   if (found === null) return "Even good friction does not hold this torque, so a patch makes no difference.";
   if (!Number.isFinite(found.time)) return "Critical clearing time: none. The wheel survives a patch of any length.";
-  const outcome = length < found.distance ? "shorter: the wheel will come back" : "longer: the wheel will slip away";
+  const outcome = length < found.distance ? "shorter: the wheel will re-adhere" : "longer: the wheel will slip away";
   return `Critical clearing time ${duration(found.time)} (${digits(found.distance, 3)} m). This patch is ${outcome}.`;
 }
 

@@ -133,7 +133,7 @@ export const STORIES: Story[] = [
       }),
       step(6, "There it stays, at many times the creepage of the fold, until the torque changes."),
       step("returned", (app) => `Now the torque falls. The wheel slipped away at ` +
-        `${kilo(critical(app).drive_torque)}, but it does not come back there.`, (app) => {
+        `${kilo(critical(app).drive_torque)}, but it does not re-adhere there.`, (app) => {
         app.settings.playback = 5;
         ramp(app, (0.95 * critical(app).return_torque) / critical(app).drive_torque, 0.005);
       }),
@@ -149,7 +149,7 @@ export const STORIES: Story[] = [
       step(0.06, (app) => "At 95 % of the critical torque the wheel rests at " +
         `${percent(app.run.now.creepage)}. The border of its grip is at ${percent(border(app))}.`,
         (app) => rest(app, 0.95, 0.02)),
-      step(0.15, "A kick that ends short of the border: it comes back.",
+      step(0.15, "A kick that ends short of the border: it re-adheres.",
         (app) => app.run.kick(0.85 * border(app) - app.run.now.creepage)),
       step((app) => app.run.now.creepage > 2 * border(app),
         "A kick that ends just beyond it: the same torque now carries the wheel away.",
@@ -165,7 +165,7 @@ export const STORIES: Story[] = [
         "friction. On it the wheel speeds up; what counts is whether it crosses the border before the end.",
         restBeforePatch),
       step(0.11, (app) => `This one lasts ${lasts(app)}, nine tenths of the critical clearing time: the ` +
-        "wheel comes back.", (app) => patchStory(app, 0.9)),
+        "wheel re-adheres.", (app) => patchStory(app, 0.9)),
       step((app) => !app.run.motion.onPatch && app.run.now.creepage > 1.15 * border(app),
         (app) => `This one lasts ${lasts(app)}, eleven tenths: it crosses the border, and good friction ` +
           "does not bring it back.", (app) => {

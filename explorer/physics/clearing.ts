@@ -1,7 +1,7 @@
 /**
  * Longest stretch of low friction that the wheelset survives under a constant torque. On it the
- * creepage rises from its steady state on good friction. It comes back if at the end of the stretch
- * it has not passed the unstable state on good friction.
+ * creepage rises from its steady state on good friction. The wheel re-adheres if at the end of the
+ * stretch it has not passed the unstable state on good friction.
  */
 import { Drivetrain } from "../kernel/kernel";
 import { configureRigid, type Plant } from "./plant";

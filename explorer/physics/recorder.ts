@@ -61,7 +61,7 @@ export interface RunEvent extends Pick<Row, "time" | "creepage" | "drive_torque"
   name: "peak_passed" | "slip_away" | "returned" | "patch_begins" | "patch_ends";
 }
 
-/** Finds from the creepage when it passes the fold, slips away, and comes back. */
+/** Finds from the creepage when it passes the fold, slips away, and re-adheres. */
 export class Watch {
   private levels: ["peak_passed" | "slip_away", number][] = [];
   private readonly passed = new Set<string>();

@@ -156,7 +156,7 @@ def test_the_page_reports_what_a_patch_will_do(visitor: Visitor) -> None:
     visitor.look()
     text = visitor.text("clearing")
     time = float(text.removeprefix("Critical clearing time ").split(" ms")[0])
-    for part, outcome in ((0.9, "will come back"), (1.1, "will slip away")):
+    for part, outcome in ((0.9, "will re-adhere"), (1.1, "will slip away")):
         visitor.enter(wet_time=part * time)
         visitor.look()
         assert outcome in visitor.text("clearing")
@@ -224,7 +224,7 @@ def test_numbers_shown_are_those_of_python(
         "Q / P": float(force["traction_coefficient"]),
         "pole here" if reference is None else "pole at the reference": pole,
         "critical torque": 1e-3 * fold.drive_torque,
-        "comes back at": 1e-3 * fold.return_torque,
+        "re-adheres at": 1e-3 * fold.return_torque,
         "K at this load": float(force["k_hat"]),
         "\u03b6\u2080 at this load": 100.0 * float(force["saturation_creepage"]),
         "process zone": float(force["process_zone_ratio"]),

@@ -66,9 +66,9 @@ def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
         _family(grid[1, 1], of_friction, "Friction factor")
         add_caption(
             figure,
-            "A slow torque ramp follows the lower branch to the fold, jumps up, and comes back "
-            "only below the return. Between the two torques there are three steady states, and the "
-            f"middle one is the border of the basin of grip. {setting(wheelset, speed)}",
+            "A slow torque ramp follows the lower branch to the fold, jumps up, and re-adheres "
+            "only below the return torque. Between the two there are three steady states, and "
+            f"the middle one is the border of the basin of grip. {setting(wheelset, speed)}",
         )
     return figure
 
