@@ -475,7 +475,8 @@ REPORTED_AS = {
 }
 # An answer may be infinite; it may have nan, which then stands for "none".
 INFINITE = {
-    *("CohesiveZone", "CohesiveZone.slip", "Drivetrain", "Polach", "Wheelset", "basin", "clearing"),
+    *("CarterGriffith", "CohesiveZone", "CohesiveZone.slip", "Drivetrain", "Polach", "Wheelset"),
+    *("basin", "clearing"),
     *("controllability", "separatrix", "slip_away_time", "delay_limit"),
     *("proportional_window", "slip_away_estimate"),
 }
