@@ -52,9 +52,8 @@ def write_explorer(
         raise ValueError(f"{path}: the explorer is a page, whose file ends in .html")
     page = PAGE.read_bytes()
     if model is not None:
-        text = json.dumps(_checked_text(model)).replace(
-            "<", r"\u003c"
-        )  # so that it ends no element
+        # Without "<" the text cannot end its element.
+        text = json.dumps(_checked_text(model)).replace("<", r"\u003c")
         empty, filled = (PLACE.format(part).encode() for part in ("null", text))
         if page.count(empty) != 1:
             raise RuntimeError(f"{PAGE} must have exactly one place for a model")

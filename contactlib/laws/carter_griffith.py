@@ -81,8 +81,7 @@ class CarterGriffith(ContactLaw):
         if self.layer_ratio > 0.0 and self.contact == "elliptic":
             return layer.ellipse_with_layer(x, self._k_hat, self.layer_ratio)
         if self.layer_ratio > 0.0:
-            ratio, slope = layer.line_with_layer(x, self._k_hat, self.layer_ratio)
-            return ratio.reshape(x.shape), slope.reshape(x.shape)
+            return layer.line_with_layer(x, self._k_hat, self.layer_ratio)
         if self.contact == "line":
             return line_values(solve_split(x, self._k_hat))
         if self.k_hat < MIN_ELLIPSE_K_HAT:
@@ -195,16 +194,17 @@ class CarterGriffith(ContactLaw):
         xi: FloatArray,
         x: FloatArray,
         w: FloatArray,
-        of_line: Callable[[FloatArray, float, float, layer.Line], FloatArray],
+        of_line: Callable[[FloatArray, layer.Line], FloatArray],
     ) -> FloatArray:
         """What `of_line` gives at positions of strips with a layer; each strip is solved once."""
         found = np.zeros(xi.shape)
         for size, width in set(zip(np.abs(x).ravel().tolist(), w.ravel().tolist(), strict=True)):
             here = (np.abs(x) == size) & (w == width) & (np.abs(xi) <= width)
             if size > 0.0 and width > 0.0 and here.any():
-                strip = size / width, self._k_hat / width, self.layer_ratio / width
-                state = layer.line_state(*strip)
-                found[here] = width * of_line(xi[here] / width, strip[0], strip[2], state)
+                state = layer.line_state(
+                    size / width, self._k_hat / width, self.layer_ratio / width
+                )
+                found[here] = width * of_line(xi[here] / width, state)
         return np.asarray(np.copysign(1.0, x) * found)
 
     def _stick(self, x: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -215,7 +215,7 @@ class CarterGriffith(ContactLaw):
         with np.errstate(over="ignore"):  # infinite creepage means full slip
             at = np.abs(x[wide]) / w[wide]
         if self.layer_ratio > 0.0:
-            log_t = layer.solve_layer(at, k_hat + 0.0 * at, self.layer_ratio / w[wide])
+            log_t = layer.solve_layer(at, k_hat, self.layer_ratio / w[wide])
             m[wide], s[wide], _ = split_at(np.exp(log_t), 0.0)
         else:
             m[wide], s[wide], _ = solve_split(at, k_hat)
@@ -233,7 +233,8 @@ class CarterGriffith(ContactLaw):
         if k == 0.0:
             return Peak(1.0 if self.layer_ratio == 0.0 else math.inf, 1.0)
         if self.layer_ratio > 0.0:
-            # The force of Coulomb friction grows slower, as x**-3, than that of k_hat falls.
+            # Far out, q - 1 is positive: it falls like x**-2.5, and what Coulomb friction lacks
+            # falls like x**-3. So the slope is negative there.
             low, high = 0.25, 2.0
             while self.slope(high) > 0.0:
                 low, high = high, 2.0 * high

@@ -54,7 +54,8 @@ class ContactLaw(Parameters, ABC):
     def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
         """Slope dq/dx at x, for any shape of finite x; even in x.
 
-        At x = 0 it is 2 for the line and 3 pi/4 for the ellipse, whatever `k_hat` is.
+        At x = 0 it is 2 for the line and 3 pi/4 for the ellipse, whatever `k_hat` is; less with a
+        layer.
 
         Raises
         ------

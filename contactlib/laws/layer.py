@@ -38,7 +38,9 @@ ORDER = 16  # of a panel's polynomial
 FINE = 64  # nodes of the rule for a point that is not near the panel
 NEAR = 1.02  # in half widths from a panel's middle: the recurrence for Q_n is exact enough
 SMALLEST, GROWTH = 1e-10, 3.0  # of the panels: width at an end of the interval; ratio of neighbours
-
+STRIPS = 24  # of an ellipse, on each side of the strip that just sticks
+# Chebyshev nodes: error 2e-8 of X0 relative to 1 + X0, 2e-9 of q0 and sigma.
+ANGLES, RATIOS = 28, 48
 
 NODES, WEIGHTS = leggauss(ORDER)
 FINE_NODES, FINE_WEIGHTS = leggauss(FINE)
@@ -185,13 +187,6 @@ def states(lam_over_d: float, angle: FloatArray) -> Stick:
     return Stick(float(2.0 / np.pi * (r @ weight)), creepage, excess, slipped, traction, r)
 
 
-STRIPS = 24  # nodes on each side of the strip that just sticks
-ANGLES, RATIOS = (
-    28,
-    48,
-)  # Chebyshev nodes: error 2e-8 of X0 relative to 1 + X0, 2e-9 of q0 and sigma
-
-
 class Interpolants(NamedTuple):
     """Chebyshev coefficients over 2 y - 1 and 2 w - 1 of what `states` gives.
 
@@ -286,8 +281,9 @@ def at_parameter(log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layer
     return Layered(creepage, rise, ratio, 2.0 * s * sigma * ratio_rise / rise)
 
 
-def solve_layer(x: FloatArray, k_hat: FloatArray, lam: FloatArray) -> FloatArray:
-    """Solve Eq. (3) for ln t at x > 0, each (n,), by Newton's method inside a bracket."""
+def solve_layer(x: FloatArray, k_hat: FloatArray | float, lam: FloatArray | float) -> FloatArray:
+    """Solve Eq. (3) for ln t at x > 0, (n,), by Newton's method inside a bracket."""
+    k_hat, lam = np.broadcast_to(k_hat, x.shape), np.broadcast_to(lam, x.shape)
     low, high = np.full(x.shape, -115.0), np.full(x.shape, 115.0)
     log_t = 0.5 * np.log(x / (1.0 + lam))
     moving = np.arange(x.size)
@@ -314,14 +310,16 @@ def line_with_layer(
     x: FloatArray, k_hat: FloatArray | float, lam: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of a line contact at x >= 0; arguments broadcast."""
-    x, k_hat, lam = (v.ravel() for v in np.broadcast_arrays(x, k_hat, lam))
+    x, k_hat, lam = np.broadcast_arrays(x, k_hat, lam)
+    shape = x.shape
+    x, k_hat, lam = x.ravel(), k_hat.ravel(), lam.ravel()
     ratio, slope = np.zeros(x.size), 2.0 * full_stick(0.5 * lam)[0]
     rolls = np.flatnonzero(x > MIN_X)
     for part in np.array_split(rolls, 1 + rolls.size // 4096):  # to bound the memory
         k, share = k_hat[part], lam[part]
         state = at_parameter(solve_layer(x[part], k, share), k, share)
         ratio[part], slope[part] = state.ratio, state.slope
-    return ratio, slope
+    return ratio.reshape(shape), slope.reshape(shape)
 
 
 def ellipse_with_layer(x: FloatArray, k_hat: float, lam: float) -> tuple[FloatArray, FloatArray]:
@@ -338,14 +336,16 @@ def ellipse_with_layer(x: FloatArray, k_hat: float, lam: float) -> tuple[FloatAr
     weight = np.hstack([split * weights, (0.5 * np.pi - split) * weights])
     w = np.cos(angle)  # d(eta) = w d(angle)
     ratio, slope = line_with_layer(x.ravel()[:, None] / w, k_hat / w, lam / w)
-    force = 1.5 * np.sum(ratio.reshape(w.shape) * w**3 * weight, axis=1)  # Eq. (24)
-    rate = 1.5 * np.sum(slope.reshape(w.shape) * w**2 * weight, axis=1)
+    force = 1.5 * np.sum(ratio * w**3 * weight, axis=1)  # Eq. (24)
+    rate = 1.5 * np.sum(slope * w**2 * weight, axis=1)
     return force.reshape(x.shape), rate.reshape(x.shape)
 
 
 class Line(NamedTuple):
     """One state of a line contact, with the traction q in c < xi < 1 at the panels' nodes."""
 
+    x: float
+    lam: float
     c: float
     d: float
     traction: FloatArray
@@ -354,16 +354,16 @@ class Line(NamedTuple):
 
 def line_state(x: float, k_hat: float, lam: float) -> Line:
     """State of a line contact at a creepage x > 0."""
-    log_t = solve_layer(np.array([x]), np.array([k_hat]), np.array([lam]))
+    log_t = solve_layer(np.array([x]), k_hat, lam)
     m, s, _ = (float(v[0]) for v in split_at(np.exp(log_t), 0.0))
     state = states(lam / (2.0 * s), np.arctan(np.exp(2.0 * log_t)))
     grid = panels()
     traction = state.traction[0] + (x - state.creepage[0]) * state.full_stick
     sliding = np.sqrt(2.0 * s * grid.end * (2.0 * m + 2.0 * s * grid.start))
-    return Line(m - s, 2.0 * s, traction, sliding - traction)
+    return Line(x, lam, m - s, 2.0 * s, traction, sliding - traction)
 
 
-def line_traction(xi: FloatArray, x: float, lam: float, state: Line) -> FloatArray:
+def line_traction(xi: FloatArray, state: Line) -> FloatArray:
     """Traction q at positions in the contact, (n,); at c, that where the surface sticks."""
     q = np.sqrt((1.0 - xi) * (1.0 + xi))
     stick = xi >= state.c
@@ -372,12 +372,12 @@ def line_traction(xi: FloatArray, x: float, lam: float, state: Line) -> FloatArr
     return q
 
 
-def line_slip_rate(xi: FloatArray, x: float, lam: float, state: Line) -> FloatArray:
+def line_slip_rate(xi: FloatArray, state: Line) -> FloatArray:
     """Slip per rolled distance over zeta0 at positions in the contact, (n,): x + du/d(xi)."""
     rate = np.zeros(xi.shape)
     slips = xi < state.c
     at = xi[slips]
     with np.errstate(divide="ignore"):
-        layer = lam * at / np.sqrt((1.0 - at) * (1.0 + at))
-    rate[slips] = x - at - layer - behind(state.missing, (state.c - at) / state.d) / np.pi
+        layer = state.lam * at / np.sqrt((1.0 - at) * (1.0 + at))
+    rate[slips] = state.x - at - layer - behind(state.missing, (state.c - at) / state.d) / np.pi
     return rate
