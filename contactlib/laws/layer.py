@@ -42,11 +42,25 @@ STRIPS = 24  # of an ellipse, on each side of the strip that just sticks
 # Chebyshev nodes: error 2e-8 of X0 relative to 1 + X0, 2e-9 of q0 and sigma.
 ANGLES, RATIOS = 28, 48
 
-NODES, WEIGHTS = leggauss(ORDER)
-FINE_NODES, FINE_WEIGHTS = leggauss(FINE)
-# From values at a panel's nodes: coefficients of Legendre polynomials, values at the fine nodes.
-COEFFICIENTS = (np.arange(ORDER) + 0.5)[:, None] * (legvander(NODES, ORDER - 1).T * WEIGHTS)
-UPSAMPLED = legvander(FINE_NODES, ORDER - 1) @ COEFFICIENTS
+
+class Rule(NamedTuple):
+    """Gauss's rules on a panel, and what follows from values at the nodes of the first."""
+
+    nodes: FloatArray
+    weights: FloatArray
+    fine_nodes: FloatArray
+    fine_weights: FloatArray
+    coefficients: FloatArray  # of Legendre polynomials
+    upsampled: FloatArray  # values at the fine nodes
+
+
+@cache
+def rule() -> Rule:
+    """The rules of every panel, computed when the first layer is solved."""
+    (nodes, weights), (fine_nodes, fine_weights) = leggauss(ORDER), leggauss(FINE)
+    coefficients = (np.arange(ORDER) + 0.5)[:, None] * (legvander(nodes, ORDER - 1).T * weights)
+    upsampled = legvander(fine_nodes, ORDER - 1) @ coefficients
+    return Rule(nodes, weights, fine_nodes, fine_weights, coefficients, upsampled)
 
 
 class Panels(NamedTuple):
@@ -88,6 +102,7 @@ def _log_moments(z: FloatArray) -> FloatArray:
 @cache
 def panels() -> Panels:
     """Panels that grow in proportion to their distance from the nearer end."""
+    nodes, weights, fine_nodes, fine_weights, coefficients, upsampled = rule()
     growing = [0.0, SMALLEST]
     while growing[-1] * GROWTH < 0.5 / np.sqrt(GROWTH):
         growing.append(growing[-1] * GROWTH)
@@ -95,7 +110,7 @@ def panels() -> Panels:
     half = 0.5 * np.diff(edges)
     half = np.concatenate([half, half[::-1]])
     before = np.concatenate([edges[:-1], 1.0 - edges[:0:-1]])
-    start = (before[:, None] + half[:, None] * (1.0 + NODES)).ravel()
+    start = (before[:, None] + half[:, None] * (1.0 + nodes)).ravel()
     end = start[::-1]
     integral = np.empty((start.size + 1, start.size))  # of r(s) ln|t - s|; last row: t = 1
     for k, size in enumerate(half):
@@ -105,15 +120,15 @@ def panels() -> Panels:
             z = (np.append(start, 1.0) - before[k]) / size - 1.0
         else:
             z = 1.0 - (np.append(end, 0.0) - before[-1 - k]) / size
-        z[own] = NODES
+        z[own] = nodes
         near = np.abs(z) <= NEAR
         log = np.empty((z.size, ORDER))
-        log[near] = _log_moments(z[near]) @ COEFFICIENTS
-        log[~near] = np.log(np.abs(z[~near, None] - FINE_NODES)) * FINE_WEIGHTS @ UPSAMPLED
-        integral[:, own] = size * (log + np.log(size) * WEIGHTS)
+        log[near] = _log_moments(z[near]) @ coefficients
+        log[~near] = np.log(np.abs(z[~near, None] - fine_nodes)) * fine_weights @ upsampled
+        integral[:, own] = size * (log + np.log(size) * weights)
     at_end = integral[-1]
     potential, at_start = (at_end - integral[:-1]) / np.pi, (at_end - at_end[::-1]) / np.pi
-    weight = (half[:, None] * WEIGHTS).ravel()
+    weight = (half[:, None] * weights).ravel()
     return Panels(before, half, start, end, weight, potential, at_start)
 
 
@@ -127,21 +142,23 @@ def between_nodes(values: FloatArray, start: FloatArray, end: FloatArray) -> Flo
     place = np.clip(np.searchsorted(edges, inner, side="right") - 1, 0, count - 1)
     z = np.clip((inner - grid.before[place]) / grid.half[place] - 1.0, -1.0, 1.0)
     place, z = np.where(first, place, 2 * count - 1 - place), np.where(first, z, -z)
-    coefficients = values.reshape(-1, ORDER)[place] @ COEFFICIENTS.T
+    coefficients = values.reshape(-1, ORDER)[place] @ rule().coefficients.T
     found: FloatArray = np.einsum("ij,ij->i", legvander(z, ORDER - 1), coefficients)
     return found
 
 
 def behind(values: FloatArray, distance: FloatArray) -> FloatArray:
     """Integral of r(s)/(s + distance) over the unit interval, at distances > 0 behind it, (n,)."""
-    grid = panels()
+    grid, fixed = panels(), rule()
     found = np.zeros(distance.shape)
     for before, half, own in zip(grid.before, grid.half, values.reshape(-1, ORDER), strict=True):
         z = 1.0 + (before + distance) / half  # of the mirrored panel
         near = z <= NEAR
-        mirrored = COEFFICIENTS @ own * (-1.0) ** np.arange(ORDER)
+        mirrored = fixed.coefficients @ own * (-1.0) ** np.arange(ORDER)
         found[near] += 2.0 * mirrored @ _legendre_q(z[near])[:ORDER]
-        found[~near] += (1.0 / (z[~near, None] + FINE_NODES)) @ (FINE_WEIGHTS * (UPSAMPLED @ own))
+        found[~near] += (1.0 / (z[~near, None] + fixed.fine_nodes)) @ (
+            fixed.fine_weights * (fixed.upsampled @ own)
+        )
     return found
 
 

@@ -31,24 +31,11 @@ import pytest
 from fmu_proof import MACHINE, libraries
 from outside_tools import missing
 from packaging.requirements import Requirement
+from tree import FOLDERS, ROOT
 
 from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
-ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = (
-    *(
-        "benchmarks",
-        "contactlib",
-        "docs",
-        "examples",
-        "explorer",
-        "fmu",
-        "models",
-        "tests",
-        "tools",
-    ),
-)
 FILES = (
     "CHANGELOG.md",
     "CITATION.cff",

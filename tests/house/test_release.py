@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tree import FOLDERS, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
@@ -25,9 +25,8 @@ def test_the_version_stands_in_one_place() -> None:
     kinds = {".py", ".md", ".c", ".h", ".cff", ".toml", ".txt"}
     allowed = {Path("pyproject.toml"), Path("CHANGELOG.md")}
     quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
-    names = ("benchmarks", "contactlib", "examples", "fmu", "models", "tests", "tools")
-    folders = [ROOT / name for name in names]
-    files = [*ROOT.glob("*"), *(path for folder in folders for path in folder.rglob("*"))]
+    inside = (path for name in FOLDERS for path in (ROOT / name).rglob("*"))
+    files = [*ROOT.glob("*"), *(path for path in inside if "node_modules" not in path.parts)]
     found = {
         path.relative_to(ROOT)
         for path in files

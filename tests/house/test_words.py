@@ -5,18 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = (
-    "benchmarks",
-    "contactlib",
-    "docs",
-    "examples",
-    "explorer",
-    "fmu",
-    "models",
-    "tests",
-    "tools",
-)
+from tree import FOLDERS, ROOT
+
 KINDS = {".c", ".h", ".html", ".md", ".mo", ".py", ".toml", ".ts"}
 PATTERNS = {  # and what to write
     r"\b(MOST|LEAST)_[A-Z]": "MAX_, MIN_",
