@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib import vehicle as vehicle
 
     # isort: split
-    # Vehicle engineers: the element, its parameters from files and data, its FMU.
+    # Vehicle engineers: the element, its parameters from files, its FMU.
     from contactlib.base.quantities import InputWarning as InputWarning
     from contactlib.element import CreepForces as CreepForces
     from contactlib.element import ForceElement as ForceElement
@@ -37,11 +37,9 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.files import Model as Model
     from contactlib.files import ModelError as ModelError
     from contactlib.files import load_model as load_model
-    from contactlib.laws import TractionData as TractionData
-    from contactlib.laws.fit import fit as fit
 
     # isort: split
-    # Contact, friction and laws.
+    # Measured data, contact, friction and laws.
     from contactlib.laws import CarterGriffith as CarterGriffith
     from contactlib.laws import CohesiveZone as CohesiveZone
     from contactlib.laws import EllipticContact as EllipticContact
@@ -50,7 +48,9 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.laws import Material as Material
     from contactlib.laws import MeasuredCurve as MeasuredCurve
     from contactlib.laws import Polach as Polach
+    from contactlib.laws import TractionData as TractionData
     from contactlib.laws import friction_with_k_hat as friction_with_k_hat
+    from contactlib.laws.fit import fit as fit
     from contactlib.table import CreepForceTable as CreepForceTable
     from contactlib.table import carter_griffith_table as carter_griffith_table
 

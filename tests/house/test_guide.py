@@ -9,9 +9,12 @@ import sys
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from types import ModuleType
 from urllib.parse import unquote, urldefrag
 
 import pytest
+
+import contactlib as cl
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted(GUIDE.rglob("*.md"))
@@ -51,6 +54,13 @@ def test_code_of_a_page_can_be_read(page: Path) -> None:
     for cell in cells:
         if not cell.startswith("%%"):  # else it is a file
             compile(cell.removeprefix("%matplotlib inline\n"), page.name, "exec")
+
+
+def test_the_page_of_names_has_all_that_are_on_top() -> None:
+    text = (GUIDE / "reference" / "python" / "index.md").read_text(encoding="utf-8")
+    listed = re.findall(r"`(\w+)`", text[text.index("| if you") : text.index("| subpackage")])
+    on_top = [name for name in dir(cl) if not isinstance(getattr(cl, name), ModuleType)]
+    assert sorted(set(listed) - {"cl"}) == on_top
 
 
 @pytest.mark.slow
