@@ -132,7 +132,7 @@ void table_each(table_function evaluate, const creep_table *table, size_t n, con
                 const double *k_hat, size_t k_stride, double *ratio, double *slope) {
     for (size_t i = 0; i < n; i++) {
         creep_value value;
-        evaluate(table, x[i], k_hat[i * k_stride], &value);
+        evaluate(table, x[i], k_hat[i * k_stride], 0.0, &value);
         ratio[i] = value.traction_ratio;
         slope[i] = value.slope;
     }

@@ -12,7 +12,7 @@ typedef struct {
     const double *nodes; /* cells + 1 pairs of value and slope times the cell's length */
 } hermite;
 
-typedef void (*table_function)(const creep_table *, double, double, creep_value *);
+typedef void (*table_function)(const creep_table *, double, double, double, creep_value *);
 typedef void (*forces_function)(const creep_forces *, size_t, const creep_forces_input *,
                                 creep_forces_output *);
 

@@ -27,6 +27,7 @@ from contactlib.element.force_element import AspectWarning, ForceElement
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import EllipticContact
 from contactlib.laws.kalker import POISSON_RATIO
+from contactlib.laws.scales import LAYER_COMPLIANCE
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.lateral_spin_table import lateral_spin_coefficients
 from contactlib.table.law_tables import carter_griffith_table
@@ -48,6 +49,8 @@ class CreepForces(Parameters):
         G of both bodies [Pa].
     poisson_ratio : float
         nu of both bodies [1], from 0 to 0.5.
+    layer_compliance : float, optional
+        L of a thin elastic layer between them [m/Pa], as in `ForceElement`. Default: no layer.
     table : CreepForceTable, optional
         Law of an elliptic contact, or one curve such as a measured one, which then applies to any
         ellipse. Default: Carter and Griffith's.
@@ -81,6 +84,7 @@ class CreepForces(Parameters):
     _: KW_ONLY
     shear_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     poisson_ratio: Annotated[float, POISSON_RATIO]
+    layer_compliance: Annotated[float, LAYER_COMPLIANCE] = 0.0
     table: CreepForceTable = field(default_factory=lambda: carter_griffith_table("elliptic"))
 
     def __post_init__(self) -> None:
@@ -88,6 +92,11 @@ class CreepForces(Parameters):
         if self.table.options.get("contact") != "elliptic" and not self.table.one_axis:
             raise ValueError(
                 f"CreepForces.table = {self.table.law!r} must be the table of an ellipse"
+            )
+        if self.layer_compliance > 0.0 and not self.table.layered:
+            raise ValueError(
+                f"CreepForces.layer_compliance = {self.layer_compliance!r} must be 0: the table "
+                f"of {self.table.law!r} has no layers"
             )
 
     @classmethod
@@ -113,6 +122,7 @@ class CreepForces(Parameters):
             friction,
             shear_modulus=contact.contact_modulus * (1.0 - contact.poisson_ratio) * reduction,
             poisson_ratio=contact.poisson_ratio,
+            layer_compliance=element.layer_compliance / reduction,
             table=element.table,
         )
 
@@ -129,6 +139,7 @@ class CreepForces(Parameters):
             "slip_rate_decay": self.friction.slip_rate_decay,
             "softening_temperature": self.friction.softening_temperature,
             "thermal_effusivity": self.friction.thermal_effusivity,
+            "layer_compliance": self.layer_compliance,
         }
 
     @property

@@ -166,14 +166,17 @@ class Description:
 
     @cached_property
     def element(self) -> ForceElement:
-        """Contact of one wheel; of all wheels of the wheelset together if they move as one."""
+        """Contact of one wheel; of all wheels of the wheelset together if they move as one.
+
+        Its table has layers only if the contact has one.
+        """
         element = self.model.wheelset.element
         together = self.kind.startswith("wheelset") or self.whole_wheelset
-        if together or element.wheels == 1.0:
-            return element
+        wheels = element.wheels if together else 1.0
+        table = element.table if element.layer_compliance > 0.0 else element.table.without_layers()
         with warnings.catch_warnings():  # given when the model was made
             warnings.simplefilter("ignore", RangeWarning)
-            return replace(element, wheels=1.0)
+            return replace(element, wheels=wheels, table=table)
 
     @property
     def carriers(self) -> str:
@@ -281,6 +284,7 @@ class Description:
             "always": True,
             "if_relaxed": self.relaxed,
             "if_spinning": self.spins,
+            "if_layered": self.kind != "wheelset_body" and self.element.layer_compliance > 0.0,
             "if_falling": self.pair is not None and decays,
             "if_thermal": self.kind != "wheelset_body" and thermal,
             "if_slip_counts": self.pair is not None and (thermal or decays),

@@ -6,6 +6,7 @@ The module joins the C sources in ``fmu/`` in the order of their inclusion, with
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator
@@ -167,7 +168,7 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
         struct = next((s for s in ("p", "in") if v.name in members[s]), "e")
         low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{v.name}"
         fits, either = f"{value} >= {low!r} && {value} <= {high!r}", ""
-        if v.name in ("relaxation_length", "softening_temperature"):
+        if v.name in ("relaxation_length", "softening_temperature", "layer_compliance"):
             fits, either = f"{value} == 0.0 || ({fits})", "0 or "
         checks[struct].append(
             f"    if (!({fits}))\n"
@@ -181,25 +182,38 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
 def _data(description: Description) -> str:
     """The table, and its data for lateral and spin force, as constants."""
     element, struct = description.element, description.native_contact.struct
-    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:], "LATERAL_SPIN_DATA": b""}
+    layers = 4 * math.prod(n + 3 for n in element.table.layer_cells) if element.table.layered else 0
+    end = len(element.table.data) - layers
+    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:end], "LATERAL_SPIN_DATA": b""}
     if description.spins:
         count = 8 * kernel.library().LATERAL_SPIN_COEFFICIENTS
         numbers["LATERAL_SPIN_DATA"] = element.lateral_spin_data[-count:]
     names = {name: name if data else "NULL" for name, data in numbers.items()}
     arrays = "".join(_array(name, data) for name, data in numbers.items() if data)
+    names["LAYER_DATA"] = "NULL"
+    if layers:
+        names["LAYER_DATA"] = "LAYER_DATA"
+        arrays += _array("LAYER_DATA", element.table.data[end:], np.float32)
     contact = _initializer(struct.lateral_spin[0], {"coefficients": names["LATERAL_SPIN_DATA"]})
-    known = {"coefficients": names["TABLE_DATA"], "lateral_spin": "&LATERAL_SPIN", "pair": "NULL"}
+    known = {
+        "coefficients": names["TABLE_DATA"],
+        "layer_coefficients": names["LAYER_DATA"],
+        "lateral_spin": "&LATERAL_SPIN",
+        "pair": "NULL",
+    }
     return (
         f"{arrays}static const lateral_spin_contact LATERAL_SPIN = {contact};\n\n"
         f"static const creep_table TABLE = {_initializer(struct[0], known)};\n"
     )
 
 
-def _array(name: str, data: bytes) -> str:
-    """An array of doubles, in the fewest digits that keep every bit."""
-    numbers = ", ".join(map(repr, np.frombuffer(data, np.float64).tolist()))
-    lines = wrap(numbers, 98, break_long_words=False, break_on_hyphens=False)
-    return f"static const double {name}[{len(data) // 8}] = {{\n" + "\n".join(lines) + "};\n\n"
+def _array(name: str, data: bytes, kind: type[np.floating[Any]] = np.float64) -> str:
+    """An array of doubles or floats, in the fewest digits that keep every bit."""
+    numbers, short = np.frombuffer(data, kind), kind is np.float32
+    text = ", ".join(f"{v!s}{'f' * short}" for v in numbers)
+    lines = wrap(text, 98, break_long_words=False, break_on_hyphens=False)
+    c_type = "float" if short else "double"
+    return f"static const {c_type} {name}[{numbers.size}] = {{\n" + "\n".join(lines) + "};\n\n"
 
 
 def _initializer(struct: Any, pointers: dict[str, str]) -> str:

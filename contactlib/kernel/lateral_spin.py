@@ -25,10 +25,11 @@ def lateral_spin_forces(
     coefficients: FloatArray | None = None,
     *,
     static_ratio: float = 1.0,
+    layer_ratio: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Force and moment, and their derivatives by the three creepages and by ln(k_hat).
+    """Force and moment, and their derivatives by the three creepages, ln(k_hat) and ln(lam).
 
-    `creepages` has the shape (points, 3), and the results have (points, 3) and (points, 3, 4).
+    `creepages` has the shape (points, 3), and the results have (points, 3) and (points, 3, 5).
     Without `coefficients` spin has no effect, and the moment is zero; `static_ratio` is f_s/f_d.
     """
     scales = half_space_scales(a_over_b, poisson_ratio)
@@ -41,10 +42,11 @@ def lateral_spin_forces(
         shape.coefficients, shape.sets = pointer(coefficients, "double"), 1
         shape.share[0] = 1.0
     value = ffi.new("lateral_spin_value *")
-    forces, derivatives = np.empty((len(creepages), 3)), np.empty((len(creepages), 3, 4))
+    forces, derivatives = np.empty((len(creepages), 3)), np.empty((len(creepages), 3, 5))
     for i, creepage in enumerate(np.asarray(creepages, dtype=np.float64).tolist()):
-        library().lateral_spin_evaluate(table.struct, shape, creepage, k_hat, value)
+        library().lateral_spin_evaluate(table.struct, shape, creepage, k_hat, layer_ratio, value)
         forces[i] = list(value.force)
         derivatives[i, :, :3] = [list(row) for row in value.by_creepage]
         derivatives[i, :, 3] = list(value.by_log_k)
+        derivatives[i, :, 4] = list(value.by_log_layer)
     return forces, derivatives

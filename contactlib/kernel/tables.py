@@ -11,7 +11,10 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.kernel.library import ffi, library, pointer
 
-TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 2  # as in fmu/kernel/creep_table.c
+TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 3  # as in fmu/kernel/creep_table.c
+
+
+NO_LAYER = np.zeros(1)
 
 
 def framed(magic: bytes, version: int, contents: bytes) -> bytes:
@@ -39,10 +42,13 @@ class NativeTable:
         if error != ffi.NULL:
             raise ValueError(ffi.string(error).decode() + _versions(data))
 
-    def evaluate(self, x: FloatArray, k_hat: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Traction ratio and slope; `k_hat` has the shape of `x` or one element."""
+    def evaluate(
+        self, x: FloatArray, k_hat: FloatArray, layer_ratio: FloatArray = NO_LAYER
+    ) -> tuple[FloatArray, FloatArray]:
+        """Traction ratio and slope; the others have the shape of `x` or one element."""
         x = np.asarray(x, dtype=np.float64, order="C")
         k_hat = np.asarray(k_hat, dtype=np.float64, order="C")
+        layer_ratio = np.asarray(layer_ratio, dtype=np.float64, order="C")
         ratio, slope = np.empty_like(x), np.empty_like(x)
         library().creep_table_evaluate_many(
             self.struct,
@@ -50,6 +56,8 @@ class NativeTable:
             pointer(x, "double"),
             pointer(k_hat, "double"),
             int(k_hat.size > 1),
+            pointer(layer_ratio, "double"),
+            int(layer_ratio.size > 1),
             pointer(ratio, "double"),
             pointer(slope, "double"),
         )
@@ -95,12 +103,12 @@ class Node(NamedTuple):
     weight: FloatArray
 
 
-def table_nodes(u: FloatArray, k_hat: float, **shape: int) -> Node:
+def table_nodes(u: FloatArray, k_hat: float, layer_ratio: float = 0.0, **shape: int) -> Node:
     """Nodes at the spline coordinates `u`, 0 <= u < 1, of a table of this shape."""
     lib, node = library(), ffi.new("creep_node *")
     table, rows = ffi.new("creep_table *", shape), []
     for value in u:
-        lib.creep_table_node(table, value, k_hat, node)
+        lib.creep_table_node(table, value, k_hat, layer_ratio, node)
         rows.append((node.normalized_creepage, node.line, node.weight))
     return Node(*np.array(rows).T)
 

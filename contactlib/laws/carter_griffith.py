@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from contactlib.base.quantities import FloatArray, Quantity
+from contactlib.base.quantities import FloatArray
 from contactlib.laws import layer
-from contactlib.laws.contact_law import ContactLaw, Peak, places_at, strips_at
+from contactlib.laws.contact_law import LAYER_RATIO, ContactLaw, Peak, places_at, strips_at
 from contactlib.laws.strips import (
     MIN_ELLIPSE_K_HAT,
     MIN_LINE_K_HAT,
@@ -29,8 +29,6 @@ from contactlib.laws.strips import (
     solve_split,
     split_at,
 )
-
-LAYER_RATIO = Quantity("1", at_least=0.0, at_most=100.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +47,7 @@ class CarterGriffith(ContactLaw):
         Shape of the contact. The ellipse is a sum of uncoupled strips, so the ratio of its axes has
         no effect; a `ForceElement` adds the corrections for a half-space.
     layer_ratio : float, optional
-        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, whose shear
+        lam = L E*/(2 a) [1], from 0 to 1e7, of a thin elastic layer between the bodies, whose shear
         compliance L [m/Pa] is its thickness over its shear modulus; see `laws.layer`. It lowers the
         initial slope, bounds the traction and rounds the peak. Default: no layer.
 
@@ -70,6 +68,8 @@ class CarterGriffith(ContactLaw):
     """
 
     layer_ratio: Annotated[float, LAYER_RATIO] = 0.0
+
+    layered = True  # a table of the law has an axis of layer ratios
 
     @property
     def _k_hat(self) -> float:

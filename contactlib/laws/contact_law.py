@@ -21,6 +21,7 @@ from contactlib.base.quantities import (
 
 LATERAL = Limits(at_least=-1.0, at_most=1.0)
 K_HAT = Quantity("1", at_least=0.0, at_most=2.0)
+LAYER_RATIO = Quantity("1", at_least=0.0, at_most=1e7)
 
 
 class Peak(NamedTuple):

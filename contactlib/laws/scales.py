@@ -23,10 +23,11 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact
 
 SLOPE_REDUCTION = Quantity("1", above=0.0, at_most=1e6)
+LAYER_COMPLIANCE = Quantity("m/Pa", at_least=0.0, at_most=1e-6, usual=(1e-16, 1e-9))
 
 
 def contact_parameters(
-    contact: Contact, friction: Friction, slope_reduction: float
+    contact: Contact, friction: Friction, slope_reduction: float, layer_compliance: float = 0.0
 ) -> dict[str, float]:
     """The kernel's parameters that describe contact and friction, by name."""
     return {
@@ -39,6 +40,7 @@ def contact_parameters(
         "thermal_effusivity": friction.thermal_effusivity,
         "elliptic": float(isinstance(contact, EllipticContact)),
         "slope_reduction": slope_reduction,
+        "layer_compliance": layer_compliance,
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,
         "contact_modulus": contact.tangential_modulus,

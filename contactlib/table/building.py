@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline, CubicSpline
 from threadpoolctl import threadpool_limits
 
@@ -26,7 +26,7 @@ from contactlib.laws.law import Corner, Law
 from contactlib.table import corner_sampling
 from contactlib.table.corner_sampling import CornerRow, CornerSamples
 
-HEADER_SIZE, NAME_SIZE = 192, 104  # of a table file; the name ends the header
+HEADER_SIZE, NAME_SIZE = 216, 104  # of a table file; the name ends the header
 K_MAX, MIN_K_MAX = 2.0, 0.1
 LONGEST_WEAKENING = 12.0  # over f_d a^2/R: with a longer one, friction in a contact hardly falls
 GRIDS = ((0, 0), (16, 8), (32, 16), (64, 32), (128, 64), (256, 192), (384, 288))
@@ -37,6 +37,9 @@ CORNER_GRIDS = {  # by twice the corner's power
 # Part of the range of sqrt(k_hat) below which the corner's terms fade out, and with which power. At
 # very small k_hat a law has no corner, so none of the terms may remain.
 FADES = {4: (0.14, 4), 5: (0.25, 10)}
+LAYER_CELLS = (92, 44, 58)  # along u, sqrt(k_hat) and w of fmu/kernel/creep_table.h
+LAYER_HEADER = "<IIIId"
+LAYER_MIDDLE = 0.6  # fourth root of the layer ratio at w = 1/2
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # extrapolates four values by one
@@ -60,6 +63,7 @@ def build(
     options: dict[str, Any],
     targets: tuple[float, float],
     progress: Callable[[float], object],
+    layers: bool = False,
 ) -> bytes:
     """Table file of a law; the arguments are those of `CreepForceTable.from_law`."""
     sampler = _Sampler(law, options, progress)
@@ -71,8 +75,9 @@ def build(
         draft = kernel.NativeTable(_pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
         certificate = _certify(draft, reference)
         if certificate.ratio_error <= targets[0] and certificate.slope_error <= targets[1]:
+            layered = _with_layers(sampler, then) if layers else Layers()
             progress(1.0)
-            return _pack(sampler, cells, certificate, coefficients)
+            return _pack(sampler, cells, certificate, coefficients, layered)
         done = then
     raise ValueError(
         f"target = {targets[0]!r}, slope_target = {targets[1]!r} are not reached for "
@@ -85,7 +90,7 @@ def _certify(table: kernel.NativeTable, reference: list[_Reference]) -> Certific
     error = slope_error = 0.0
     points = 0
     for row in reference:
-        ratio, slope = table.evaluate(row.x, np.array([row.k_hat]))
+        ratio, slope = table.evaluate(row.x, np.array([row.k_hat]), np.array([row.layer_ratio]))
         error = max(error, float(np.max(np.abs(ratio - row.ratio))))
         slope_error = max(slope_error, float(np.max(np.abs(slope - row.slope))))
         points += row.x.size
@@ -99,6 +104,7 @@ class _Reference(NamedTuple):
     x: FloatArray
     ratio: FloatArray
     slope: FloatArray
+    layer_ratio: float = 0.0
 
 
 class _Sampler:
@@ -138,14 +144,15 @@ class _Sampler:
             return ONE_AXIS_GRIDS
         return CORNER_GRIDS.get(self.shape["twice_corner"], GRIDS)
 
-    def at(self, k_hat: float) -> Law:
-        """The law at one k_hat."""
+    def at(self, k_hat: float, layer_ratio: float = 0.0) -> Law:
+        """The law at one k_hat and layer."""
         if callable(self._law):
-            return self._law(k_hat=k_hat, **self._options)
+            layer = {"layer_ratio": layer_ratio} if layer_ratio > 0.0 else {}
+            return self._law(k_hat=k_hat, **self._options, **layer)
         return self._law
 
     def rows(
-        self, row: Callable[[float], Row], k_hats: Sequence[float], done: float, then: float
+        self, row: Callable[..., Row], k_hats: Sequence[Any], done: float, then: float
     ) -> list[Row]:
         """Call `row` for every k_hat, in threads; report progress from `done` to `then`.
 
@@ -181,6 +188,63 @@ def _reference_values(sampler: _Sampler) -> list[_Reference]:
     inner = sampler.k_max * _off_nodes(CERTIFIED_K_HATS) ** 2
     k_hats = [0.0, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, *inner.tolist(), sampler.k_max]
     return sampler.rows(row, [1.0] if sampler.one_axis else k_hats, 0.0, 0.5)
+
+
+class Layers(NamedTuple):
+    """Spline with a layer: cells along u, sqrt(k_hat) and w, coefficients, and largest error."""
+
+    cells: tuple[int, int, int] = (0, 0, 0)
+    coefficients: NDArray[np.float32] = np.empty(0, np.float32)
+    error: float = 0.0
+
+
+def cut_layers(data: bytes) -> bytes:
+    """A table file without its layers."""
+    end = HEADER_SIZE - NAME_SIZE
+    start = end - struct.calcsize(LAYER_HEADER)
+    cells = np.array(struct.unpack_from(LAYER_HEADER, data, start)[:3])
+    size = 4 * int(np.prod(cells + 3)) if cells[0] else 0
+    none = struct.pack(LAYER_HEADER, 0, 0, 0, 0, 0.0)
+    kept = data[24:start] + none + data[end : len(data) - size]
+    return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, kept)
+
+
+def _layer_at(w: float) -> float:
+    """Layer ratio at a coordinate w < 1."""
+    return float((LAYER_MIDDLE * w / (1.0 - w)) ** 4)
+
+
+def _with_layers(sampler: _Sampler, done: float) -> Layers:
+    """Sample a law with layers over u, sqrt(k_hat) and w, and certify the spline."""
+    root_k = np.sqrt(sampler.k_max)
+
+    def values(at: tuple[float, float], u: FloatArray) -> tuple[FloatArray, _Reference]:
+        k_hat, layer = at
+        node = kernel.table_nodes(u, k_hat, max(layer, 1e-300), **sampler.shape)
+        law, x = sampler.at(k_hat, layer), node.normalized_creepage
+        ratio, slope = law.evaluate(x)  # type: ignore[attr-defined]
+        return (ratio - node.line) / node.weight, _Reference(k_hat, x, ratio, slope, layer)
+
+    def places(at: FloatArray, w: FloatArray) -> list[tuple[float, float]]:
+        return [(min(k**2, sampler.k_max), _layer_at(v)) for v in w for k in at * root_k]
+
+    cells_u, cells_k, cells_w = LAYER_CELLS
+    inner = np.arange(1, cells_u) / cells_u
+    grid = places(np.linspace(0.0, 1.0, cells_k + 1), np.arange(cells_w) / cells_w)
+    rows = sampler.rows(lambda at: values(at, inner)[0], grid, done, 0.5 * (1.0 + done))
+    h = np.array(rows).reshape(cells_w, cells_k + 1, cells_u - 1)
+    h = np.concatenate([h, (CUBIC @ h[:-5:-1].reshape(4, -1)).reshape(1, *h.shape[1:])])
+    along_u = np.apply_along_axis(_with_ends, 2, h)
+    for axis in range(3):
+        along_u = np.moveaxis(_b_spline(np.moveaxis(along_u, axis, 0)), 0, axis)
+    found = Layers(LAYER_CELLS, along_u.astype(np.float32))
+    off = np.concatenate([0.5 / np.array([cells_k, 0.3 * cells_k]), _off_nodes(9)])
+    grid = places(off, _off_nodes(21))
+    reference = [
+        pair[1] for pair in sampler.rows(lambda at: values(at, _off_nodes(100)), grid, done, 1.0)
+    ]
+    draft = kernel.NativeTable(_pack(sampler, (0, 0), Certificate(0.0, 0.0, 0), np.empty(0), found))
+    return found._replace(error=_certify(draft, reference).ratio_error)
 
 
 def _off_nodes(n: int) -> FloatArray:
@@ -336,6 +400,7 @@ def _pack(
     cells: tuple[int, int],
     certificate: Certificate,
     coefficients: FloatArray,
+    layers: Layers = Layers(),  # noqa: B008 (it is immutable)
 ) -> bytes:
     """Pack a table file, whose layout is defined in fmu/kernel/creep_table.c."""
     shape = sampler.shape
@@ -347,6 +412,8 @@ def _pack(
         shape["twice_corner"],
         shape["root_k"],
     )
+    header += struct.pack(LAYER_HEADER, *layers.cells, 0, layers.error)
     label = sampler.name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
     body = np.ascontiguousarray(coefficients, dtype="<f8").tobytes()
+    body += np.ascontiguousarray(layers.coefficients, dtype="<f4").tobytes()
     return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, header + label + body)

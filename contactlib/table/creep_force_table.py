@@ -27,11 +27,13 @@ from contactlib.base.quantities import (
     common_shape,
 )
 from contactlib.base.writing import write_whole
+from contactlib.laws.contact_law import LAYER_RATIO
 from contactlib.laws.law import Law
 from contactlib.laws.traction_data import TractionData
-from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build
+from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build, cut_layers
 
 MAX_FLOAT = sys.float_info.max
+LARGEST_LAYER = LAYER_RATIO.at_most
 
 
 @lru_cache(maxsize=64)
@@ -41,7 +43,7 @@ def _native(data: bytes) -> kernel.NativeTable:
 
 
 class CreepForceTable:
-    """Traction ratio over normalized creepage and k_hat, with a certificate.
+    """Traction ratio over normalized creepage, k_hat and layer ratio, with a certificate.
 
     Make one with `from_law` or `load`.
 
@@ -83,6 +85,7 @@ class CreepForceTable:
         *,
         target: float = 1e-8,
         slope_target: float = 1e-4,
+        layers: bool = False,
         progress: Callable[[float], object] = lambda part: None,
         **options: Any,
     ) -> CreepForceTable:
@@ -97,6 +100,9 @@ class CreepForceTable:
             ``law(k_hat=k, **options)`` is the law at one k_hat; or a law without k_hat.
         target, slope_target : float
             Maximum accepted errors of the traction ratio and of its slope [1].
+        layers : bool
+            Whether the table has a third axis, of the law's ``layer_ratio``, from 0 to 1e7. It
+            takes minutes; `max_layer_error` is what it reaches.
         progress : callable
             Called with the fraction done, from 0 to 1.
         **options
@@ -112,7 +118,7 @@ class CreepForceTable:
             checked_number("slope_target", slope_target, Limits(above=0.0)),
         )
         of_law = getattr(law, "summary", ""), getattr(law, "points", None)
-        return cls(build(law, options, targets, progress), *of_law)
+        return cls(build(law, options, targets, progress, layers), *of_law)
 
     @property
     def law(self) -> str:
@@ -150,6 +156,17 @@ class CreepForceTable:
         return float(self.native.struct.max_slope_error)
 
     @property
+    def max_layer_error(self) -> float:
+        """Certificate: maximum error of the traction ratio with a layer found [1]."""
+        return float(self.native.struct.max_layer_error)
+
+    def without_layers(self) -> CreepForceTable:
+        """The same table without its axis of layers."""
+        if not self.layered:
+            return self
+        return CreepForceTable(cut_layers(self.data), self.note, self.points)
+
+    @property
     def certificate_points(self) -> int:
         """Number of points at which the table was compared with the law."""
         return int(self.native.struct.certificate_points)
@@ -160,52 +177,75 @@ class CreepForceTable:
         return self.native.struct.cells_u, self.native.struct.cells_k
 
     @property
+    def layer_cells(self) -> tuple[int, int, int]:
+        """Spline cells along creepage, k_hat and layer ratio; zeros in a table without layers."""
+        struct = self.native.struct
+        return struct.layer_u, struct.layer_k, struct.layer_w
+
+    @property
     def k_max(self) -> float:
         """Largest k_hat of the table [1]."""
         return float(self.native.struct.k_max)
 
-    def traction_ratio(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
+    @property
+    def layered(self) -> bool:
+        """Whether the law may have a layer."""
+        return bool(self.native.struct.layer_w)
+
+    def traction_ratio(
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike = 0.0
+    ) -> FloatArray:
         """Q/(f_d P); arguments broadcast.
 
         Raises
         ------
         ValueError
-            If a creepage is not finite or a k_hat is not from 0 to `k_max`.
+            If a creepage is not finite, a k_hat is not from 0 to `k_max`, or a layer ratio is below
+            zero, or above it in a table without layers.
         """
-        one = self._at_point("traction_ratio", normalized_creepage, k_hat)
-        return self.evaluate(normalized_creepage, k_hat)[0] if one is None else np.array(one)
+        given = normalized_creepage, k_hat, layer_ratio
+        one = self._at_point("traction_ratio", *given)
+        return self.evaluate(*given)[0] if one is None else np.array(one)
 
-    def slope(self, normalized_creepage: ArrayLike, k_hat: ArrayLike) -> FloatArray:
+    def slope(
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike = 0.0
+    ) -> FloatArray:
         """Derivative of `traction_ratio` by normalized creepage; arguments broadcast."""
-        one = self._at_point("slope", normalized_creepage, k_hat)
-        return self.evaluate(normalized_creepage, k_hat)[1] if one is None else np.array(one)
+        given = normalized_creepage, k_hat, layer_ratio
+        one = self._at_point("slope", *given)
+        return self.evaluate(*given)[1] if one is None else np.array(one)
 
     def evaluate(
-        self, normalized_creepage: ArrayLike, k_hat: ArrayLike
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike = 0.0
     ) -> tuple[FloatArray, FloatArray]:
         """`traction_ratio` and `slope` together, at the cost of one."""
         x = checked("normalized_creepage", normalized_creepage, FINITE, copy=False)
         limits = Limits(at_least=0.0, at_most=self._largest_k_hat)
         k_hat = checked("k_hat", k_hat, limits, copy=False)
-        if k_hat.size != 1 or k_hat.ndim > x.ndim:
-            shape = common_shape({"normalized_creepage": x, "k_hat": k_hat})
-            x, k_hat = np.broadcast_to(x, shape), np.broadcast_to(k_hat, shape)
-        return self.native.evaluate(x, k_hat)
+        layers = Limits(at_least=0.0, at_most=LARGEST_LAYER if self.layered else 0.0)
+        layer_ratio = checked("layer_ratio", layer_ratio, layers, copy=False)
+        if max(k_hat.size, layer_ratio.size) != 1 or max(k_hat.ndim, layer_ratio.ndim) > x.ndim:
+            named = {"normalized_creepage": x, "k_hat": k_hat, "layer_ratio": layer_ratio}
+            shape = common_shape(named)
+            x, k_hat, layer_ratio = (np.broadcast_to(v, shape) for v in named.values())
+        return self.native.evaluate(x, k_hat, layer_ratio)
 
-    def _at_point(self, what: str, x: object, k_hat: object) -> float | None:
+    def _at_point(self, what: str, x: object, k_hat: object, layer: object) -> float | None:
         """One of the kernel's values, or None unless both arguments are floats within limits.
 
         Array checks would cost twenty times as much as the kernel's evaluation of one point.
         """
-        if not (isinstance(x, float) and isinstance(k_hat, float)):
+        if not (isinstance(x, float) and isinstance(k_hat, float) and isinstance(layer, float)):
             return None
         if not (abs(x) <= MAX_FLOAT and 0.0 <= k_hat <= self._largest_k_hat):
+            return None
+        if not (layer == 0.0 or (self.layered and 0.0 < layer <= LARGEST_LAYER)):
             return None
         try:  # reuse a struct that no other thread has: allocating costs as much as evaluating
             value = self._spare.pop()
         except IndexError:
             value = kernel.ffi.new("creep_value *")
-        self._evaluate_point(x, k_hat, value)
+        self._evaluate_point(x, k_hat, layer, value)
         found: float = getattr(value, what)
         self._spare.append(value)
         return found

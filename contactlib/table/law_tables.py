@@ -38,10 +38,12 @@ def carter_griffith_table(contact: Shape) -> CreepForceTable:
 
 
 def build_carter_griffith_table(
-    contact: str, progress: Callable[[float], object] = _silent
+    contact: str, progress: Callable[[float], object] = _silent, *, layers: bool = False
 ) -> CreepForceTable:
-    """Build that table from the law, which takes seconds."""
-    return CreepForceTable.from_law(CarterGriffith, contact=contact, progress=progress)
+    """Build that table from the law, in seconds; with layers, as shipped, in minutes."""
+    return CreepForceTable.from_law(
+        CarterGriffith, contact=contact, layers=layers, progress=progress
+    )
 
 
 _cohesive: dict[tuple[str, float, Weakening], CreepForceTable] = {}

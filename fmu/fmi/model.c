@@ -28,6 +28,7 @@ const char TRUTH[] = "Boolean";
     FRICTION_PARAMETERS(contact), \
     TUNABLE("slope_reduction", "1", "initial slope over that of clean elastic bodies", 1e-6, 1e6, \
             contact.slope_reduction), \
+    LAYER_PARAMETER(contact), \
     TUNABLE("slip_rate_residual", "1", "part of friction that high slip speed leaves", 1e-6, 1.0, \
             contact.slip_rate_residual), \
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \
@@ -64,6 +65,10 @@ const char TRUTH[] = "Boolean";
         "would vanish", 1.0, 1e6, of.softening_temperature), \
     HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
         "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity)
+
+#define LAYER_PARAMETER(of) \
+    {"layer_compliance", "m/Pa", "thickness over shear modulus of a layer between the bodies", \
+     1e-20, 1e-6, AT(of.layer_compliance), TUNABLE_PARAMETER, IF_LAYERED}
 
 #define HOT(role, name, unit, text, low, high, member) \
     {name, unit, text, low, high, AT(member), role, IF_THERMAL}
@@ -215,6 +220,7 @@ static const model_variable PAIR_VARIABLES[] = {
     FALLING("slip_rate_decay", "s/m", "rate at which friction falls with slip "
             "speed", 0.0, 1e6, pair.slip_rate_decay),
     HEAT_PARAMETERS(pair),
+    LAYER_PARAMETER(pair),
     TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, pair.shear_modulus),
     GIVEN(INPUT, "semi_axis_x", "m", "semi-axis of the contact ellipse along rolling", 1e-9, 1e3,
           ellipse.semi_axis_x),
@@ -243,6 +249,8 @@ int model_has(const model_variable *variable, const model_values *values) {
         values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
     int falling = values->pair.slip_rate_decay > 0.0;
     if (variable->part == IF_THERMAL) return thermal;
+    if (variable->part == IF_LAYERED)
+        return values->contact.layer_compliance > 0.0 || values->pair.layer_compliance > 0.0;
     if (variable->part == IF_FALLING) return falling;
     if (variable->part == IF_SLIP_COUNTS) return thermal || falling;
     return variable->part == ALWAYS || values->spins > 0.0;

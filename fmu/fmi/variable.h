@@ -21,6 +21,7 @@ typedef enum {
     IF_RELAXED,
     IF_SPINNING,
     IF_THERMAL,
+    IF_LAYERED,
     IF_FALLING,
     IF_SLIP_COUNTS
 } variable_part;

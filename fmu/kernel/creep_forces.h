@@ -15,6 +15,7 @@ typedef struct {
     double slip_rate_decay;       /* B, rate at which friction falls with slip speed [s/m] */
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
+    double layer_compliance;      /* L of a layer between them [m/Pa]; 0 without it */
 } creep_forces_parameters;
 
 /* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is

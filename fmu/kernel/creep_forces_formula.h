@@ -49,7 +49,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
                                          .normal_load = in->normal_load,
                                          .friction_scale = in->friction_scale,
                                          .relaxed_creepage = -in->creepage_x};
-    s->scale[0] = s->start.place = s->start.k_hat = 0.0;
+    s->scale[0] = s->start.place = s->start.k_hat = s->start.layer = 0.0;
     if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
     int softens = pair->table->one_axis == 0; /* a curve holds as it is */
@@ -64,6 +64,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
         .kinetic_friction = p->kinetic_friction,
         .weakening_length = p->weakening_length,
         .slope_reduction = 1.0,
+        .layer_compliance = p->layer_compliance,
         .semi_width = a,
         .peak_pressure = 1.5 * in->normal_load / (PI * a * b),               /* Eq. (20) */
         .contact_modulus = p->shear_modulus * scales[0] * (4.0 / (PI * PI)), /* of rolling */
@@ -95,11 +96,11 @@ ALWAYS_INLINE void fall_of_friction(const creep_forces_input *in, const lateral_
 }
 
 ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_forces_input *in,
-                                       double q, double slope, double by_log_k,
-                                       lateral_spin_force *s, creep_forces_output *out) {
+                                       creep_value q, lateral_spin_force *s,
+                                       creep_forces_output *out) {
     if (s->scale[0] == 0.0) return;
     double by[3][3], fall[3];
-    lateral_spin_force_finish(table, q, slope, by_log_k, s);
+    lateral_spin_force_finish(table, q, s);
     fall_of_friction(in, s, fall);
     for (int i = 0; i < 3; i++) {
         double by_friction = change_with_friction(s, i);
@@ -118,16 +119,19 @@ ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, const creep_forces_
                                    size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
     lateral_spin_force state[MAX_POINTS];
-    double place[MAX_POINTS], k_hat[MAX_POINTS];
-    double q[MAX_POINTS], slope[MAX_POINTS], by_log_k[MAX_POINTS];
+    double place[MAX_POINTS], k_hat[MAX_POINTS], layer[MAX_POINTS];
+    double q[MAX_POINTS], slope[MAX_POINTS], by_log_k[MAX_POINTS], by_log_layer[MAX_POINTS];
     for (size_t i = 0; i < n; i++) {
         creep_forces_begin(pair, p, &in[i], &state[i], &out[i]);
         place[i] = state[i].start.place;
         k_hat[i] = state[i].start.k_hat;
+        layer[i] = state[i].start.layer;
     }
-    evaluate_points(pair->table, n, place, k_hat, q, slope, by_log_k);
-    for (size_t i = 0; i < n; i++)
-        creep_forces_finish(pair->table, &in[i], q[i], slope[i], by_log_k[i], &state[i], &out[i]);
+    evaluate_points(pair->table, n, place, k_hat, layer, q, slope, by_log_k, by_log_layer);
+    for (size_t i = 0; i < n; i++) {
+        creep_value of_table = {q[i], slope[i], by_log_k[i], by_log_layer[i]};
+        creep_forces_finish(pair->table, &in[i], of_table, &state[i], &out[i]);
+    }
 }
 
 #endif

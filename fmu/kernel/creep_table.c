@@ -6,9 +6,9 @@
 #include "table_points.h"
 
 void creep_table_evaluate(const creep_table *table, double normalized_creepage, double k_hat,
-                          creep_value *value) {
-    evaluate_points(table, 1, &normalized_creepage, &k_hat, &value->traction_ratio, &value->slope,
-                    &value->log_k_derivative);
+                          double layer_ratio, creep_value *value) {
+    evaluate_points(table, 1, &normalized_creepage, &k_hat, &layer_ratio, &value->traction_ratio,
+                    &value->slope, &value->log_k_derivative, &value->log_layer_derivative);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -16,14 +16,21 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
 
 /* The frame is followed by the struct's members up to the coefficients, 104 characters that name
  * the law, and the coefficients. */
-enum { TABLE_VERSION = 2, TABLE_HEADER = 192 };
+enum { TABLE_VERSION = 3, TABLE_HEADER = 216 };
 ASSERT_LAYOUT(header,
               CHECKED_FILE_FRAME + offsetof(creep_table, coefficients) + 104 == TABLE_HEADER);
 
 /* Limit of a coefficient, so that sums and forces stay finite. */
 static const double MAX_NUMBER = 1e9;
 
-void creep_table_node(const creep_table *shape, double u, double k_hat, creep_node *node) {
+void creep_table_node(const creep_table *shape, double u, double k_hat, double layer_ratio,
+                      creep_node *node) {
+    if (layer_ratio > 0.0) {
+        layer_place at = layer_place_at(u / (1.0 - u), k_hat, layer_ratio);
+        double x = at.m + at.l + at.y;
+        *node = (creep_node){x, layer_base(&at), x * layer_weight(&at)};
+        return;
+    }
     if (shape->one_axis) {
         *node = (creep_node){u / (1.0 - u), 0.0, u};
         return;
@@ -59,13 +66,24 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
         count = rows * ((table->twice_corner > 0 ? CORNER : 0) + (size_t)table->cells_u + 3);
     }
     if (table->one_axis && table->twice_corner > 0) return "a table of one axis has no corner";
-    if (size != TABLE_HEADER + count * sizeof(double))
+    uint32_t u = table->layer_u, k = table->layer_k, w = table->layer_w;
+    size_t layered = 0;
+    if (u > 0 || k > 0 || w > 0) {
+        if (u < 1 || u > 1024 || k < 1 || k > 1024 || w < 1 || w > 1024 || table->one_axis)
+            return "the table's number of cells with a layer is out of range (1 to 1024)";
+        layered = ((size_t)u + 3) * ((size_t)k + 3) * ((size_t)w + 3);
+    }
+    table->layer_coefficients = (const float *)(const void *)(table->coefficients + count);
+    if (size != TABLE_HEADER + count * sizeof(double) + layered * sizeof(float))
         return "the table's length does not fit its number of cells";
     if (!(table->static_to_kinetic >= 0.0 && table->static_to_kinetic <= 1e3))
         return "the table's static_to_kinetic is out of range";
     if (!(table->k_max > 0.0 && table->k_max <= 1e3)) return "the table's k_max is out of range";
     for (size_t i = 0; i < count; i++)
         if (!(fabs(table->coefficients[i]) <= MAX_NUMBER))
+            return "the table holds a number that is not finite or beyond 1e9";
+    for (size_t i = 0; i < layered; i++)
+        if (!(fabs((double)table->layer_coefficients[i]) <= MAX_NUMBER))
             return "the table holds a number that is not finite or beyond 1e9";
     return NULL;
 }

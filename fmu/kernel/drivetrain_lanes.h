@@ -55,7 +55,7 @@ typedef struct {
 /* Drivetrains with the same table, states and kind of friction. */
 typedef struct {
     const creep_table *table;
-    int elastic, relaxed, lagging, thermal;
+    int elastic, relaxed, lagging, thermal, layered;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
@@ -92,7 +92,7 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
 ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
-    lanes x, k_hat, ratio, slope, log_k, state[FIELDS(force_state)];
+    lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
@@ -104,15 +104,24 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         put(state, l, FIELDS(force_state), (const double *)&at);
         x[l] = at.place.x;
         k_hat[l] = at.place.k_hat;
+        layer[l] = at.place.layer_ratio;
     }
-    evaluate_points(g->table, LANES, x, k_hat, ratio, slope, log_k);
+    for (int l = 0; g->layered && l < LANES; l++) {
+        TAKE(force_element_parameters, p, g->contact[side]);
+        TAKE(force_state, at, state);
+        add_layer(&p, &at);
+        put(state, l, FIELDS(force_state), (const double *)&at);
+        x[l] = at.place.x;
+        k_hat[l] = at.place.k_hat;
+        layer[l] = at.place.layer_ratio;
+    }
+    evaluate_points(g->table, LANES, x, k_hat, layer, ratio, slope, log_k, log_layer);
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         TAKE(force_state, at, state);
         force_element_input in = wheel_input(g, side, y, &p, l);
         force_element_output out;
-        creep_value q = {
-            .traction_ratio = ratio[l], .slope = slope[l], .log_k_derivative = log_k[l]};
+        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
         double half = 0.5 * g->loaded[side][l];
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
@@ -281,6 +290,7 @@ static void set_kind(group *g, const drivetrain_member *member) {
     g->relaxed = is_relaxed(member);
     g->lagging = is_lagging(member);
     g->thermal = softens_with_heat(member->contact);
+    g->layered = has_layer(member->contact);
 }
 
 /* Load a drivetrain into a lane. */

@@ -38,7 +38,8 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
 static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
     return a->table == b->table && is_elastic(a) == is_elastic(b) &&
            is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b) &&
-           softens_with_heat(a->contact) == softens_with_heat(b->contact);
+           softens_with_heat(a->contact) == softens_with_heat(b->contact) &&
+           has_layer(a->contact) == has_layer(b->contact);
 }
 
 /* How many of the next n members are of the first one's kind. */

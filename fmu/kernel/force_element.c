@@ -42,7 +42,8 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     friction_fall fall =
         falling_friction(table, &p, scales, in, size, decay_at(&p, size), softens_with_heat(&p));
     force_state at = begin_force(table, &p, scales, in, &fall, direction_of(slip));
-    creep_table_evaluate(table, at.place.x, at.place.k_hat, &q);
+    add_layer(&p, &at);
+    creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
     if (p.relaxation_length > 0.0)
         relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_rolling,

@@ -10,7 +10,8 @@ typedef struct {
     double static_friction;       /* f_s [1] */
     double kinetic_friction;      /* f_d [1] */
     double weakening_length;      /* Delta [m] */
-    double slope_reduction;       /* initial slope over the elastic one, as by a third body [1] */
+    double slope_reduction;       /* initial slope over that of the bodies with their layer [1] */
+    double layer_compliance;      /* L of a layer between the bodies [m/Pa]; 0 without it */
     double semi_width;            /* a at nominal load [m] */
     double peak_pressure;         /* p0 at nominal load [Pa] */
     double contact_modulus;       /* E* of rolling: an ellipse on a half-space is stiffer [Pa] */
@@ -84,6 +85,7 @@ typedef struct {
     double k_hat;               /* [1] */
     double process_zone_ratio;  /* [1] */
     double heating;             /* (sqrt(V) + sqrt(omega r))/w_T; 0 without heat [s^0.5/m^0.5] */
+    double layer_ratio;         /* lam = L E_t/(2 a), E_t being the modulus [1] */
 } contact_scales;
 
 /* Scales at a load above zero; friction_scale includes the factor of the slip speed. */

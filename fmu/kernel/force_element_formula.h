@@ -45,6 +45,9 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     return there;
 }
 
+/* Whether there is a layer between the bodies. */
+ALWAYS_INLINE int has_layer(const force_element_parameters *p) { return p->layer_compliance > 0.0; }
+
 /* Whether friction falls with temperature. */
 ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
     return p->softening_temperature > 0.0;
@@ -68,6 +71,7 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
         sqrt(weakening * drop * inverse_pi) / kinetic,                     /* Eq. (17) */
         drop > 0.0 ? zone : 0.0,
         heating,
+        p->layer_compliance * modulus / (2.0 * p->semi_width),
     };
     return s;
 }
@@ -85,24 +89,42 @@ ALWAYS_INLINE contact_scales scaled(contact_scales s, double friction, double in
  * shrinks, by the softening times the creepage, up to saturation. zeta0 and k_hat contain the
  * modulus as in Eqs. (15) and (17). Without softening the arguments are x and k_hat. */
 typedef struct {
-    double x, k_hat; /* arguments of the table */
-    held_creepage held;
-    double x_by_x; /* derivatives by the creepage */
-    double log_k_by_x;
+    double x, k_hat, layer_ratio; /* arguments of the table */
+    double x_by_x;                /* derivatives by the creepage */
+    double log_left_by_x;         /* of the logarithm of the stiffness that is left; half of it is
+                                     that of ln(k_hat) */
+    double log_left_by_log_layer;
 } softened_place;
 
 ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_hat) {
     double size = fabs(x);
     held_creepage held = held_up_to_saturation(softening, size);
     double left = 1.0 - softening * held.value, loss = softening * held.by_size;
-    softened_place place = {x * left, k_hat * sqrt(left), held, left - loss * size,
-                            -copysign(0.5 * loss / left, x)};
+    softened_place place = {
+        x * left, k_hat * sqrt(left), 0.0, left - loss * size, -copysign(1.0, x) * (loss / left),
+        0.0};
+    return place;
+}
+
+/* The same with a layer, which scales like x. */
+ALWAYS_INLINE softened_place softened_with_layer(double softening, double x, double k_hat,
+                                                 double layer_ratio) {
+    stiffness_left rest = stiffness_with_layer(softening, fabs(x), layer_ratio);
+    double left = rest.value, by_size = rest.by_size;
+    softened_place place = {x * left,
+                            k_hat * sqrt(left),
+                            layer_ratio * left,
+                            left + by_size * fabs(x),
+                            copysign(1.0, x) * (by_size / left),
+                            rest.by_log_layer / left};
     return place;
 }
 
 /* The table's value at a softened place, with its slope by the creepage itself. */
 ALWAYS_INLINE creep_value at_softened_place(softened_place place, creep_value q) {
-    q.slope = q.slope * place.x_by_x + q.log_k_derivative * place.log_k_by_x;
+    double by_x = q.slope, by_left = 0.5 * q.log_k_derivative + q.log_layer_derivative;
+    q.slope = by_x * place.x_by_x + by_left * place.log_left_by_x;
+    q.log_layer_derivative += (by_x * place.x + by_left) * place.log_left_by_log_layer;
     return q;
 }
 
@@ -110,7 +132,7 @@ ALWAYS_INLINE creep_value law_value(const creep_table *table, double softening, 
                                     double k_hat) {
     creep_value q;
     softened_place place = softened_at(softening, x, k_hat);
-    creep_table_evaluate(table, place.x, place.k_hat, &q);
+    creep_table_evaluate(table, place.x, place.k_hat, 0.0, &q);
     return at_softened_place(place, q);
 }
 
@@ -237,6 +259,12 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     return at;
 }
 
+/* Put the layer into a state, if there is one. */
+ALWAYS_INLINE void add_layer(const force_element_parameters *p, force_state *at) {
+    if (!has_layer(p)) return;
+    at->place = softened_with_layer(p->softening, at->x, at->k_hat, at->scales.layer_ratio);
+}
+
 /* Outputs that depend only on the velocities or the load. */
 ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force_element_input *in,
                                   const force_state *at, force_element_output *out) {
@@ -290,6 +318,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     q.traction_ratio = force_limited ? largest : q.traction_ratio;
     q.slope = force_limited ? 0.0 : q.slope;
     q.log_k_derivative = force_limited ? 0.0 : q.log_k_derivative;
+    q.log_layer_derivative = force_limited ? 0.0 : q.log_layer_derivative;
 
     double sliding = at->kinetic * in->normal_load, per_creepage = sliding * at->inverse_saturation;
     double log_k_by_log_load = k_limited ? 0.0 : -p->load_exponent;
@@ -315,8 +344,9 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
     out->contact_temperature = at->temperature;
     out->force_by_load =
-        at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope +
-                       log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
+        at->kinetic *
+        (q.traction_ratio - p->load_exponent * (x * q.slope + q.log_layer_derivative) +
+         log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
     double straight = by_creepage * out->creepage_by_omega;
     double speed_through_g = sliding * (by_log_g * at->log_g_by_speed);
     double by_speed = per_creepage * q.slope * out->creepage_by_speed + speed_through_g;

@@ -14,14 +14,14 @@ static lateral_spin_force lateral_spin_force_of(const creep_table *table,
                                                 const force_element_parameters *there,
                                                 const force_element_input *in) {
     lateral_spin_force s;
-    double q, slope, by_log_k;
+    creep_value q;
     lateral_spin_force_begin(table, table->lateral_spin, there, in,
                              slip_speeds_of(table, there, in), &s);
     double per = s.at.inverse_speed;
     lateral_spin_force_place(table, -in->lateral_velocity * per,
                              -in->spin_velocity * per * direction_at(in, &s), &s);
-    evaluate_points(table, 1, &s.start.place, &s.start.k_hat, &q, &slope, &by_log_k);
-    lateral_spin_force_finish(table, q, slope, by_log_k, &s);
+    creep_table_evaluate(table, s.start.place, s.start.k_hat, s.start.layer, &q);
+    lateral_spin_force_finish(table, q, &s);
     return s;
 }
 
@@ -41,8 +41,9 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     q.traction_ratio = s.law.force[0];
     q.slope = by[0];
     q.log_k_derivative = s.law.by_log_k[0];
+    q.log_layer_derivative = s.law.by_log_layer[0];
     at->place.x_by_x = 1.0; /* the law of lateral and spin force contains the softening */
-    at->place.log_k_by_x = 0.0;
+    at->place.log_left_by_x = at->place.log_left_by_log_layer = 0.0;
     double growth = p->load_exponent, turning = s.slip.turning; /* it grows with the width */
     if (turning != 0.0)
         at->log_g_by_log_load += s.fall.by_slip * turning * turning * growth / s.slip.size;
@@ -65,11 +66,12 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
 enum { LATERAL_SPIN_VERSION = 1, LATERAL_SPIN_NUMBERS = 5 };
 
 void lateral_spin_evaluate(const creep_table *table, const lateral_spin_shape *shape,
-                           const double creepage[3], double k_hat, lateral_spin_value *value) {
-    double q, slope, q_by_log_k;
-    lateral_spin_start at = lateral_spin_begin(shape, creepage, k_hat);
-    evaluate_points(table, 1, &at.place, &at.k_hat, &q, &slope, &q_by_log_k);
-    lateral_spin_finish(shape, creepage, k_hat, at, q, slope, q_by_log_k, value);
+                           const double creepage[3], double k_hat, double layer_ratio,
+                           lateral_spin_value *value) {
+    creep_value q;
+    lateral_spin_start at = lateral_spin_begin(shape, creepage, k_hat, layer_ratio);
+    creep_table_evaluate(table, at.place, at.k_hat, at.layer, &q);
+    lateral_spin_finish(shape, creepage, k_hat, layer_ratio, at, q, value);
 }
 
 /* After the frame come stiffness ratio, softening across rolling, b/a, spin arm, slip spread and,
@@ -155,7 +157,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
             const double *by = s.law.by_creepage[i];
             dforce[i] = force[i] * dlog_load + change_with_friction(&s, i) * dlog_kinetic +
                         by[0] * dl[0] + by[1] * dl[1] + by[2] * dl[2] -
-                        s.law.by_log_k[i] * dlog_width;
+                        (s.law.by_log_k[i] + s.law.by_log_layer[i]) * dlog_width;
         }
         double turned = (din->speed + in->speed * slower) * s.at.inverse_speed;
         dout->traction_coefficient = s.at.kinetic * (dforce[0] - force[0] * dlog_load);

@@ -35,7 +35,7 @@ typedef struct {
     double per[3];            /* normalized creepages per creepage along, across, and spin */
     double creepage[3];       /* normalized */
     double scale[3];          /* of forces and moment [N, N, N.m] */
-    double k_hat;             /* 0 for a law without it */
+    double k_hat, layer;      /* 0 for a law without it */
     double limit;             /* f_s/f_d */
     lateral_spin_value law;   /* the force, limited to f_s N */
     double size;              /* of the force without this limit [f_d N] */
@@ -70,12 +70,13 @@ ALWAYS_INLINE void lateral_spin_force_place(const creep_table *table, double acr
     s->creepage[1] = s->per[1] * across;
     s->creepage[2] = s->per[2] * spin;
     s->k_hat = table->one_axis ? 0.0 : s->at.k_hat;
-    s->start = lateral_spin_begin(&s->shape, s->creepage, s->k_hat);
+    s->layer = table->layer_w > 0 ? s->at.scales.layer_ratio : 0.0;
+    s->start = lateral_spin_begin(&s->shape, s->creepage, s->k_hat, s->layer);
 }
 
-ALWAYS_INLINE void lateral_spin_force_finish(const creep_table *table, double q, double slope,
-                                             double q_by_log_k, lateral_spin_force *s) {
-    lateral_spin_finish(&s->shape, s->creepage, s->k_hat, s->start, q, slope, q_by_log_k, &s->law);
+ALWAYS_INLINE void lateral_spin_force_finish(const creep_table *table, creep_value q,
+                                             lateral_spin_force *s) {
+    lateral_spin_finish(&s->shape, s->creepage, s->k_hat, s->layer, s->start, q, &s->law);
     s->size = lateral_spin_hold(&s->law, s->limit);
     const double *by = s->law.by_creepage[0];
     s->at.by_others = by[1] * s->creepage[1] + by[2] * s->creepage[2];

@@ -150,15 +150,19 @@ ALWAYS_INLINE void add_spin(const lateral_spin_shape *shape, int one_set, const 
     }
 }
 
+/* Compliance of a layer against spin over that against creepage, both in full stick. */
+static const double SPIN_SOFTER = 1.3;
 static const double TINY = 1e-60; /* prevents division by zero */
 
 /* State before the evaluation of the table, whose arguments are place and k_hat. */
 typedef struct {
-    double place, k_hat, size, per, share, left, left_by_size, left_by_share, stiffness;
+    double place, k_hat, layer, size, per, share, left, left_by_size, left_by_share, stiffness;
+    double left_by_log_layer;
 } lateral_spin_start;
 
 ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *shape,
-                                                    const double creepage[3], double k_hat) {
+                                                    const double creepage[3], double k_hat,
+                                                    double layer) {
     double x = creepage[0], y = creepage[1], s = creepage[2];
     double xx = x * x, yy = y * y, ss = s * s, total = xx + yy + (ss + TINY);
     lateral_spin_start at;
@@ -168,11 +172,22 @@ ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *sh
     double more = shape->softening_y - shape->softening_x;
     at.share = (yy + 0.5 * ss) * at.per;
     double softening = shape->softening_x + at.share * more;
-    held_creepage held = held_up_to_saturation(softening, at.size);
-    at.left = 1.0 - softening * held.value;
     at.stiffness = 1.0 + at.share * (shape->stiffness_ratio - 1.0);
-    at.left_by_size = -softening * held.by_size;
-    at.left_by_share = -more * (held.value + softening * held.by_softening);
+    at.layer = at.left_by_log_layer = 0.0;
+    if (layer > 0.0) {
+        stiffness_left rest = stiffness_with_layer(softening, at.size, layer * at.stiffness);
+        at.left = rest.value;
+        at.left_by_size = rest.by_size;
+        at.left_by_log_layer = rest.by_log_layer;
+        at.left_by_share = more * rest.by_softening +
+                           rest.by_log_layer * (shape->stiffness_ratio - 1.0) / at.stiffness;
+        at.layer = layer * (at.stiffness * at.left);
+    } else {
+        held_creepage held = held_up_to_saturation(softening, at.size);
+        at.left = 1.0 - softening * held.value;
+        at.left_by_size = -softening * held.by_size;
+        at.left_by_share = -more * (held.value + softening * held.by_softening);
+    }
     at.place = at.size * at.left;
     at.k_hat = k_hat * sqrt(at.stiffness * at.left);
     return at;
@@ -180,20 +195,31 @@ ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *sh
 
 /* Forces and moment from the table's traction ratio and its derivatives. */
 ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const double creepage[3],
-                                       double k_hat, lateral_spin_start at, double q, double slope,
-                                       double q_by_log_k, lateral_spin_value *value) {
+                                       double k_hat, double layer, lateral_spin_start at,
+                                       creep_value of_table, lateral_spin_value *value) {
     double x = creepage[0], y = creepage[1], s = creepage[2], ratio = shape->stiffness_ratio;
     double ss = s * s, size = at.size, per_size = 1.0 / size, inverse_left = 1.0 / at.left;
-    double q_by_size = slope * (at.left + size * at.left_by_size) +
-                       0.5 * q_by_log_k * at.left_by_size * inverse_left;
+    double q = of_table.traction_ratio, slope = of_table.slope;
+    double q_by_log_k = of_table.log_k_derivative;
+    double q_by_left = 0.5 * q_by_log_k + of_table.log_layer_derivative;
+    double q_by_size =
+        slope * (at.left + size * at.left_by_size) + q_by_left * at.left_by_size * inverse_left;
     double q_by_share =
         slope * size * at.left_by_share +
-        0.5 * q_by_log_k * (at.left_by_share * inverse_left + (ratio - 1.0) / at.stiffness);
+        q_by_left * (at.left_by_share * inverse_left + (ratio - 1.0) / at.stiffness);
+    double q_by_log_layer = of_table.log_layer_derivative +
+                            (slope * at.place + q_by_left) * at.left_by_log_layer * inverse_left;
+    /* Stiffness left by the layer in full stick: along rolling, across, and against spin. */
+    double soft = 1.85 * layer, whole = 1.0 / (1.0 + soft), other = 1.0 / (1.0 + ratio * soft);
+    double turning = 1.0 / (1.0 + SPIN_SOFTER * soft), cross = (1.0 + soft) * other;
+    double cross_by_log_layer = soft * (1.0 - ratio) * other * other;
 
     /* The direction turns from that in full stick to that of the creepage. */
-    double less = 1.0 / (1.0 + 1.8 * k_hat), weak = size * less, square = weak * weak;
+    double shrunk = 1.0 / (1.0 + layer), less = shrunk / (1.0 + 1.8 * k_hat), weak = size * less,
+           square = weak * weak;
     double cube = weak * square, inverse = 1.0 / (cube + 0.092 * square + 0.821);
-    double turned = cube * inverse, change = 1.0 / ratio - 1.0, across = 1.0 + turned * change;
+    double turned = cube * inverse, change = 1.0 / ratio - cross;
+    double across = cross + turned * change;
     double turned_by_weak = (3.0 * square - turned * (3.0 * square + 0.184 * weak)) * inverse;
     double turn = y * change * turned_by_weak; /* change of g[1] by weak */
     double g[2] = {x, y * across};
@@ -206,7 +232,10 @@ ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const do
         by_size[i] = unit * q_by_size + by_g1[i] * turn * less;
         by_share[i] = unit * q_by_share;
         value->force[i] = force;
-        value->by_log_k[i] = unit * q_by_log_k - by_g1[i] * turn * weak * (1.0 - less);
+        value->by_log_k[i] = unit * q_by_log_k - by_g1[i] * turn * weak * (1.0 - less / shrunk);
+        value->by_log_layer[i] =
+            unit * q_by_log_layer +
+            by_g1[i] * (y * cross_by_log_layer * (1.0 - turned) - turn * weak * (layer * shrunk));
         value->by_creepage[i][0] = (i == 0 ? pull : 0.0) - lever * g[0];
         value->by_creepage[i][1] = by_g1[i] * across;
         value->by_creepage[i][2] = -lever * s;
@@ -215,11 +244,22 @@ ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const do
             value->by_creepage[i][j] +=
                 creepage[j] * (by_size[i] * per_size + by_share[i] * 2.0 * of_share[j] * at.per);
     }
-    value->force[2] = value->by_log_k[2] = 0.0;
+    value->force[2] = value->by_log_k[2] = value->by_log_layer[2] = 0.0;
     for (int j = 0; j < 3; j++) value->by_creepage[2][j] = 0.0;
     if (shape->coefficients == NULL) return;
-    if (shape->sets == 1) add_spin(shape, 1, creepage, k_hat, value);
-    else add_spin(shape, 0, creepage, k_hat, value);
+    const double scale[3] = {whole, other, turning}, l[3] = {x * whole, y * other, s * turning};
+    lateral_spin_value spun;
+    memset(&spun, 0, sizeof spun);
+    if (shape->sets == 1) add_spin(shape, 1, l, k_hat, &spun);
+    else add_spin(shape, 0, l, k_hat, &spun);
+    for (int i = 0; i < 3; i++) {
+        const double *by = spun.by_creepage[i];
+        value->force[i] += spun.force[i];
+        value->by_log_k[i] += spun.by_log_k[i];
+        value->by_log_layer[i] -= soft * (whole * by[0] * l[0] + ratio * other * by[1] * l[1] +
+                                          SPIN_SOFTER * turning * by[2] * l[2]);
+        for (int j = 0; j < 3; j++) value->by_creepage[i][j] += scale[j] * by[j];
+    }
 }
 
 /* Limit the force to limit times f_d N without turning it, and return its unlimited size: the law
@@ -229,9 +269,12 @@ ALWAYS_INLINE double lateral_spin_hold(lateral_spin_value *value, double limit) 
     double size = sqrt(force[0] * force[0] + force[1] * force[1]), less = limit / size;
     if (!(size > limit)) return size;
     double unit[2] = {force[0] / size, force[1] / size};
-    for (int j = 0; j < 4; j++) {
-        double *by[2] = {j < 3 ? &value->by_creepage[0][j] : &value->by_log_k[0],
-                         j < 3 ? &value->by_creepage[1][j] : &value->by_log_k[1]};
+    for (int j = 0; j < 5; j++) {
+        double *by[2];
+        for (int i = 0; i < 2; i++)
+            by[i] = j < 3    ? &value->by_creepage[i][j]
+                    : j == 3 ? &value->by_log_k[i]
+                             : &value->by_log_layer[i];
         double along = unit[0] * *by[0] + unit[1] * *by[1];
         for (int i = 0; i < 2; i++) *by[i] = less * (*by[i] - unit[i] * along);
     }

@@ -36,6 +36,7 @@ typedef struct {
     double force[3];          /* along, across [f_d N]; moment [f_d N sqrt(a b)] */
     double by_creepage[3][3]; /* rows: force; columns: creepage */
     double by_log_k[3];       /* k_hat d(force)/d(k_hat) */
+    double by_log_layer[3];   /* lam d(force)/d(lam) */
 } lateral_spin_value;
 
 /* Forces and moment at normalized creepages along and across rolling and a normalized spin, which
@@ -45,10 +46,12 @@ typedef struct {
  * Without spin a closed form gives the forces, and the splines give the moment. The splines were
  * fitted for a/b from 1/8 to 8, those of weakening for nu 0.28, f_s/f_d 11/7 and k_hat up to 0.8.
  * The forces dissipate power everywhere except at a/b 8 and nu 0.5 with weakening.
- * contactlib/element/creep_forces.py lists their errors. */
+ * contactlib/element/creep_forces.py lists their errors. A layer (lam > 0) is equally stiff along
+ * and across rolling; spin acts as with creepages and k_hat that are smaller by the stiffness lost.
+ */
 CONTACTLIB_API void lateral_spin_evaluate(const creep_table *table, const lateral_spin_shape *shape,
                                           const double creepage[3], double k_hat,
-                                          lateral_spin_value *value);
+                                          double layer_ratio, lateral_spin_value *value);
 
 /* Data of a force element's contact for lateral and spin force. */
 typedef struct lateral_spin_contact {

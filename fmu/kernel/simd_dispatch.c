@@ -40,8 +40,10 @@ static int width(void) {
 enum { FEW = 4 }; /* up to this many drivetrains are quicker one after another */
 
 void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
-                               const double *k_hat, size_t k_stride, double *ratio, double *slope) {
-    CHOOSE(creep_table_evaluate_many)(table, n, x, k_hat, k_stride, ratio, slope);
+                               const double *k_hat, size_t k_stride, const double *layer_ratio,
+                               size_t layer_stride, double *ratio, double *slope) {
+    CHOOSE(creep_table_evaluate_many)
+    (table, n, x, k_hat, k_stride, layer_ratio, layer_stride, ratio, slope);
 }
 
 void force_element_evaluate_many(const creep_table *table,

@@ -19,7 +19,8 @@
 
 #define WIDE_FUNCTIONS(suffix)                                                                    \
     void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,          \
-                                            const double *, size_t, double *, double *);          \
+                                            const double *, size_t, const double *, size_t,       \
+                                            double *, double *);                                  \
     void force_element_evaluate_many_##suffix(                                                    \
         const creep_table *, const force_element_parameters *, size_t,                            \
         const force_element_input *, force_element_output *);                                     \

@@ -2,6 +2,7 @@
 #ifndef SOFTENING_H
 #define SOFTENING_H
 
+#include "layer_law.h"
 #include "simd_math.h"
 
 /* Normalized creepage up to saturation, which lies half a unit beyond where it begins to be held,
@@ -16,6 +17,32 @@ ALWAYS_INLINE held_creepage held_up_to_saturation(double softening, double size)
     double value = smaller(size, begin) + t * (1.0 + t * t * (0.5 * t - 1.0));
     held_creepage held = {value, by_size, end * end * (1.0 - by_size)};
     return held;
+}
+
+/* Stiffness of an ellipse with a layer over that of clean bodies, and its derivatives by the
+ * creepage's size, the logarithm of the layer's ratio and the softening. */
+typedef struct {
+    double value, by_size, by_log_layer, by_softening;
+} stiffness_left;
+
+/* The part m of a strip that slips counts, for Coulomb friction and springs alone: x = e v^2/(1 +
+ * v^2)
+ * + lam v, m = e v^2/(1 + v^2), up to the end e of the range. In full stick on springs traction
+ * falls linearly from the trailing edge, half way between that of Carter and that of full slip. So
+ * a layer takes half of the softening, whatever slips. */
+ALWAYS_INLINE stiffness_left stiffness_with_layer(double softening, double size, double lam) {
+    const double middle = 0.14; /* layer that does half of that; fitted to half-spaces */
+    if (softening == 0.0) return (stiffness_left){1.0, 0.0, 0.0, 0.0};
+    double end = 1.0 / (1.0 - softening);
+    layer_place at = solve_layer_place(larger(size, 1e-280) / end, 0.0, lam / end);
+    double per = 4.0 * at.m * at.s / at.by_t; /* dm/dx */
+    double rest = 1.0 / (lam + middle), share = 0.5 * lam * rest, slips = end * at.m;
+    double counted = share + (1.0 - share) * slips, by_slips = -softening * (1.0 - share);
+    double by_share = -softening * (1.0 - slips) * (share * middle * rest);
+    stiffness_left left = {1.0 - softening * counted, by_slips * per,
+                           by_share - by_slips * (end * at.l * per),
+                           by_slips * (end * end * at.m * (1.0 - per)) - counted};
+    return left;
 }
 
 #endif

@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #include "creep_table.h"
+#include "layer_law.h"
 #include "line_law.h"
 
 enum { MAX_POINTS = 32, CORNER = 7 };
@@ -203,10 +204,10 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
     }
 }
 
-/* q, dq/dx and k_hat dq/dk_hat of n <= MAX_POINTS points. */
-ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
-                                   const double *k_hat, double *ratio, double *slope,
-                                   double *log_k) {
+/* q, dq/dx, k_hat dq/dk_hat without a layer. */
+ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, const double *x,
+                                          const double *k_hat, double *ratio, double *slope,
+                                          double *log_k) {
     if (table->one_axis) {
         for (size_t i = 0; i < n; i++) {
             evaluate_one_axis(table, fabs(x[i]), &ratio[i], &slope[i]);
@@ -234,6 +235,71 @@ ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const dou
         ratio[i] = copysign(ratio[i], x[i]);
         log_k[i] = copysign(log_k[i], x[i]);
     }
+}
+
+/* Replace what the law is without a layer at the points that have one. */
+ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *x,
+                              const double *k_hat, const double *layer, double *ratio,
+                              double *slope, double *log_k, double *log_layer) {
+    size_t row_length = (size_t)table->layer_u + 3;
+    size_t plane_length = row_length * ((size_t)table->layer_k + 3);
+    double scale_k = table->layer_k / sqrt(table->k_max);
+    for (size_t i = 0; i < n; i++) {
+        if (!(layer[i] >= MIN_LAYER)) continue;
+        double size = fabs(x[i]), held = smaller(larger(size, MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
+        double part = size < MIN_CREEPAGE ? size * (1.0 / MIN_CREEPAGE) : 1.0;
+        layer_place at = solve_layer_place(held, k_hat[i], smaller(layer[i], MAX_LAYER));
+        double fraction, along[3][4], by[3][4], root_k = sqrt(k_hat[i]);
+        double u = at.t / (1.0 + at.t), w = at.g / (LAYER_MIDDLE + at.g);
+        const float *plane = table->layer_coefficients;
+        plane += plane_length * locate(w * table->layer_w, table->layer_w, &fraction);
+        basis(fraction, along[2], by[2]);
+        plane += row_length * locate(root_k * scale_k, table->layer_k, &fraction);
+        basis(fraction, along[1], by[1]);
+        plane += locate(u * table->layer_u, table->layer_u, &fraction);
+        basis(fraction, along[0], by[0]);
+        double sum[3][4] = {{0.0}}; /* over w and sqrt(k_hat), and their derivatives */
+        for (int a = 0; a < 4; a++)
+            for (int b = 0; b < 4; b++) {
+                const float *from = plane + (size_t)a * plane_length + (size_t)b * row_length;
+                double both = along[2][a] * along[1][b], by_k = along[2][a] * by[1][b];
+                double by_w = by[2][a] * along[1][b];
+                for (int c = 0; c < 4; c++) {
+                    double number = (double)from[c];
+                    sum[0][c] += both * number;
+                    sum[1][c] += by_k * number;
+                    sum[2][c] += by_w * number;
+                }
+            }
+        double h[4] = {0.0}; /* H and its derivatives by ln t, ln(k_hat), ln(lam) */
+        for (int c = 0; c < 4; c++) {
+            h[0] += along[0][c] * sum[0][c];
+            h[1] += by[0][c] * sum[0][c];
+            h[2] += along[0][c] * sum[1][c];
+            h[3] += along[0][c] * sum[2][c];
+        }
+        h[1] *= table->layer_u * u * (1.0 - u);
+        h[2] *= 0.5 * root_k * scale_k;
+        h[3] *= 0.25 * w * (1.0 - w) * table->layer_w;
+        layer_value q = layer_law(&at, held, h);
+        part = copysign(part, x[i]);
+        ratio[i] = part * q.ratio;
+        slope[i] = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
+        log_k[i] = part * q.log_k;
+        log_layer[i] = part * q.log_layer;
+    }
+}
+
+/* q and its derivatives of n <= MAX_POINTS points. */
+ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
+                                   const double *k_hat, const double *layer, double *ratio,
+                                   double *slope, double *log_k, double *log_layer) {
+    size_t layered = 0;
+    for (size_t i = 0; i < n; i++) layered += layer[i] >= MIN_LAYER;
+    if (table->layer_w == 0) layered = 0;
+    if (layered < n) evaluate_without_layer(table, n, x, k_hat, ratio, slope, log_k);
+    for (size_t i = 0; i < n; i++) log_layer[i] = 0.0;
+    if (layered > 0) add_layers(table, n, x, k_hat, layer, ratio, slope, log_k, log_layer);
 }
 
 #endif

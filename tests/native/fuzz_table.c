@@ -20,7 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     size_t length = in.left;
     unsigned char *bytes = room(length, 1); /* aligned to 16 bytes */
     take(&in, bytes, length);
-    if (mended && length >= CHECKED_FILE_FRAME) checked_file_frame(bytes, length, "CREEPTAB", 2);
+    if (mended && length >= CHECKED_FILE_FRAME) checked_file_frame(bytes, length, "CREEPTAB", 3);
 
     creep_table table;
     const char *error = creep_table_open(&table, bytes, length);
@@ -32,8 +32,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             if (!isfinite(x[i])) x[i] = copysign(DBL_MAX, x[i]);
             double k = i % 3 == 0 ? table.k_max : fmin(part[i] * table.k_max, table.k_max);
             if (i % 3 == 1) k = fmin(fabs(x[i]), table.k_max);
-            creep_table_evaluate(&table, x[i], k, &there);
-            creep_table_evaluate(&table, -x[i], k, &back);
+            double layer = i % 4 == 0 ? fabs(part[i]) : 0.0;
+            creep_table_evaluate(&table, x[i], k, layer, &there);
+            creep_table_evaluate(&table, -x[i], k, layer, &back);
             MUST(memcmp(&there.slope, &back.slope, sizeof there.slope) == 0);
             /* Without a tail that falls, all grows with the creepage. */
             if (table.twice_decay < 2 && !table.one_axis) continue;

@@ -30,13 +30,17 @@ def table_file(
     twice_corner: int = 0,
     root_k: int = 0,
     static_to_kinetic: float = 0.0,
+    layers: tuple[int, int, int] = (0, 0, 0),
 ) -> bytes:
     """A table of this shape, with numbers of the size of one."""
     rows = 1 if one_axis else cells_k + 3
     count = rows * ((7 if twice_corner else 0) + cells_u + 3) if cells_u else 0
     header = struct.pack("<IIdddd", cells_u, cells_k, 1.7, 1e-9, 1e-9, 100.0)
     shape = struct.pack("<dIIII", static_to_kinetic, one_axis, twice_decay, twice_corner, root_k)
+    shape += struct.pack("<IIIId", *layers, 0, 1e-6)
     numbers = np.cos(np.arange(count)).astype("<f8").tobytes()
+    if any(layers):
+        numbers += np.cos(np.arange(np.prod(np.add(layers, 3)))).astype("<f4").tobytes()
     return kernel.framed(
         kernel.TABLE_MAGIC,
         kernel.TABLE_VERSION,
@@ -55,6 +59,7 @@ def tables() -> dict[str, bytes]:
         "corner": table_file(2, 2, twice_corner=3, static_to_kinetic=2.0),
         "root_k": table_file(3, 2, root_k=1, twice_decay=8),
         "no_decay": table_file(1, 2, twice_decay=0),
+        "layers": table_file(2, 2, twice_decay=8, layers=(2, 1, 3)),
         "cut": cell[:-8],
         "header_only": line[:24],
         "old_version": cell[:8] + struct.pack("<I", kernel.TABLE_VERSION - 1) + cell[12:],

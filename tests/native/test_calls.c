@@ -516,11 +516,15 @@ static void test_nodes(void) {
             creep_table shape = {.one_axis = one_axis, .twice_decay = 3, .root_k = 1};
             creep_node node;
             double u = 0.05 * i, k = 0.3;
-            creep_table_node(&shape, u, k, &node);
+            creep_table_node(&shape, u, k, 0.0, &node);
             CHECK(node.normalized_creepage > 0.0 && node.weight > 0.0);
             double t = one_axis ? node.normalized_creepage
                                 : creep_table_place(node.normalized_creepage, k);
             CHECK(fabs(t / (1.0 + t) - u) < 1e-12);
+            double x = node.normalized_creepage, clean = node.line;
+            creep_table_node(&shape, u, k, 1e-13, &node);
+            CHECK(one_axis || fabs(node.normalized_creepage / x - 1.0) < 1e-6);
+            CHECK(one_axis || fabs(node.line - clean) < 1e-6);
         }
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -36,6 +37,11 @@ def models(rig: cl.Model, cohesive_table: cl.CreepForceTable) -> dict[str, cl.Mo
         cold = elements[name]
         friction = replace(cold.friction, softening_temperature=300.0)
         elements[f"softening {name}"] = replace(cold, friction=friction)
+    for name in ("line", "softening elliptic"):
+        kind: Literal["line", "elliptic"] = "line" if name == "line" else "elliptic"
+        table = cl.carter_griffith_table(kind)
+        soft = replace(elements[name], layer_compliance=1e-13, table=table)
+        elements[f"layer {name}"] = soft
     return {name: _model(rig, element) for name, element in elements.items()}
 
 

@@ -62,7 +62,7 @@ DEFECTS = {
     "length of the table": (
         "table",
         "creep_table.c",
-        "if (size != TABLE_HEADER + count * sizeof(double))\n"
+        "if (size != TABLE_HEADER + count * sizeof(double) + layered * sizeof(float))\n"
         '        return "the table\'s length does not fit its number of cells";',
         "",
     ),

@@ -31,11 +31,12 @@ static void test_table(const creep_table *table) {
         if (i % 7 == 0) k = i % 14 == 0 ? 0.0 : table->k_max;
         if (i % 3 == 0) x = 1.0 + (random_unit() - 0.5) * random_exponent(-16.0, 1.0);
         k = fmin(k, table->k_max);
+        double layer = i % 2 ? random_exponent(-320.0, 300.0) : 0.0;
         creep_value there, back;
-        creep_table_evaluate(table, x, k, &there);
-        creep_table_evaluate(table, -x, k, &back);
+        creep_table_evaluate(table, x, k, layer, &there);
+        creep_table_evaluate(table, -x, k, layer, &back);
         CHECK(isfinite(there.traction_ratio) && isfinite(there.slope));
-        CHECK(isfinite(there.log_k_derivative));
+        CHECK(isfinite(there.log_k_derivative) && isfinite(there.log_layer_derivative));
         CHECK(there.traction_ratio == -back.traction_ratio && there.slope == back.slope);
         CHECK(fabs(there.traction_ratio) <= 1.0 + 1.7 * k + 1e-8 && fabs(there.slope) <= 2.36);
     }
@@ -116,7 +117,7 @@ static void test_creep_forces(const creep_table *table) {
     const double creepage[3] = {0.5, 0.2, 0.1};
     for (size_t i = 0; i < LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS; i++)
         coefficients[i] = 2.0 * (random_unit() - 0.5);
-    lateral_spin_evaluate(table, &shape, creepage, 0.3, &found);
+    lateral_spin_evaluate(table, &shape, creepage, 0.3, 0.0, &found);
     CHECK(found.force[0] > found.force[1] && found.force[1] > 0.0 && found.force[2] == 0.0);
     for (int i = 0; i < points; i++) {
         if (i % 50 == 0) {
@@ -422,8 +423,8 @@ typedef struct {
                     double, double, double, double *, unsigned char *);
     void (*evaluate)(const drivetrain_member *, size_t, size_t, const drivetrain_input *,
                      const drivetrain_state *, drivetrain_output *);
-    void (*ratios)(const creep_table *, size_t, const double *, const double *, size_t, double *,
-                   double *);
+    void (*ratios)(const creep_table *, size_t, const double *, const double *, size_t,
+                   const double *, size_t, double *, double *);
     void (*forces)(const creep_table *, const force_element_parameters *, size_t,
                    const force_element_input *, force_element_output *);
 } many_functions;
@@ -464,12 +465,13 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
 
 static void test_points_of_width(const many_functions *with, const creep_table *table,
                                  const force_element_parameters *parameters) {
-    double x[MANY], k[MANY], ratio[MANY], slope[MANY];
+    double x[MANY], k[MANY], layer[MANY], ratio[MANY], slope[MANY];
     force_element_input in[MANY];
     force_element_output out[MANY];
     for (int i = 0; i < MANY; i++) {
         x[i] = (random_unit() - 0.5) * random_exponent(-12.0, 3.0);
         k[i] = random_unit() * fmin(table->k_max, 2.0);
+        layer[i] = i % 3 ? random_exponent(-3.0, 2.0) : 0.0;
         in[i] = (force_element_input){
             .omega = 20.0,
             .speed = 10.0 * random_unit(),
@@ -479,12 +481,12 @@ static void test_points_of_width(const many_functions *with, const creep_table *
         };
         if (i % 5 == 0) in[i].normal_load = -in[i].normal_load;
     }
-    with->ratios(table, MANY, x, k, 1, ratio, slope);
+    with->ratios(table, MANY, x, k, 1, layer, 1, ratio, slope);
     with->forces(table, parameters, MANY, in, out);
     for (int i = 0; i < MANY; i++) {
         creep_value one;
         force_element_output force;
-        creep_table_evaluate(table, x[i], k[i], &one);
+        creep_table_evaluate(table, x[i], k[i], layer[i], &one);
         CHECK(one.traction_ratio == ratio[i] && one.slope == slope[i]);
         force_element_evaluate(table, parameters, &in[i], &force);
         CHECK(fabs(force.creep_force - out[i].creep_force) <= 1e-12 * fabs(force.creep_force));

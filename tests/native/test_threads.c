@@ -53,7 +53,7 @@ static void run_many(findings *found) {
                                                 .motor_lag = 0.01};
     drivetrain_member members[TRAINS];
     drivetrain_input in[TRAINS];
-    double tried[TRAINS] = {0.0}, x[TRAINS], k[TRAINS];
+    double tried[TRAINS] = {0.0}, x[TRAINS], k[TRAINS], layer = 0.0;
     unsigned char failed[TRAINS] = {0};
     for (int i = 0; i < TRAINS; i++) {
         members[i] =
@@ -72,7 +72,7 @@ static void run_many(findings *found) {
     }
     drivetrain_advance_many(members, TRAINS, in, found->trains, 0.0, 0.02, 1e-4, tried, failed);
     for (int i = 0; i < TRAINS; i++) found->faults += failed[i];
-    creep_table_evaluate_many(&table, TRAINS, x, k, 1, found->ratio, found->slope);
+    creep_table_evaluate_many(&table, TRAINS, x, k, 1, &layer, 0, found->ratio, found->slope);
 }
 
 static int repetitions;

@@ -184,7 +184,7 @@ def test_every_damaged_file_is_a_clear_error(spline_table: CreepForceTable, tmp_
         (b"", "shorter than its header"),
         (data[:20], "shorter than its header"),
         (b"NOTATABL" + data[8:], "wrong magic"),
-        (patched(data, 8, "<I", 1), "older format version: 1, this contactlib reads 2"),
+        (patched(data, 8, "<I", 1), "older format version: 1, this contactlib reads 3"),
         (data[:-8], "length differs"),
         (data + b"\0", "length differs"),
         (patched(data, 200, "<B", data[200] ^ 1), "damaged"),
@@ -194,7 +194,7 @@ def test_every_damaged_file_is_a_clear_error(spline_table: CreepForceTable, tmp_
         (resealed(patched(data, 32, "<d", -1.0)), "k_max"),
         (resealed(patched(data, 64, "<d", -1.0)), "static_to_kinetic"),
         (resealed(patched(data, 72, "<I", 2)), "shape"),
-        (resealed(patched(data, 192, "<d", np.nan)), "not finite"),
+        (resealed(patched(data, 216, "<d", np.nan)), "not finite"),
     ]
     for number, (broken, message) in enumerate(cases):
         path = tmp_path / f"{number}.bin"

@@ -25,7 +25,7 @@ def assert_holds(
     k_hats: list[float],
     n: int,
     targets: tuple[float, float] = (1e-8, 1e-4),
-    largest: int = 1_000_000,
+    largest: int = 2_000_000,
 ) -> None:
     """The certificate at points and k_hats of its own."""
     random = np.random.default_rng(20260102)

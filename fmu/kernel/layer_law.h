@@ -1,0 +1,109 @@
+/* Coordinate and approximate law of a line contact with a layer, see creep_table.h. */
+#ifndef LAYER_LAW_H
+#define LAYER_LAW_H
+
+#include <math.h>
+
+#include "line_law.h"
+#include "simd_math.h"
+
+static const double LAYER_MIDDLE = 0.6;        /* g where w is one half */
+static const double MIN_LAYER = 1e-12;         /* a smaller lam counts as no layer */
+static const double MAX_LAYER = 1e30;          /* a larger one as this */
+static const double MAX_LAYER_CREEPAGE = 1e60; /* where q is 1 to the last digit */
+
+/* A state at the parameter t: x = m + l + y. */
+typedef struct {
+    double t, p, m, s, k_hat;
+    double l, y;    /* lam t^2 and k_hat t r */
+    double a, r;    /* (pi/2) lam, and r */
+    double stretch; /* d(ln y)/d(ln t) - 1 */
+    double by_t;    /* dx/d(ln t) */
+    double g;       /* lam^(1/4) */
+} layer_place;
+
+ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
+    layer_place at;
+    double p = (t * t) * (t * t), a = 1.5707963267948966 * lam, square = 1.0 + a * (1.0 + p);
+    at.t = t;
+    at.p = p;
+    at.s = 1.0 / (1.0 + p);
+    at.m = p * at.s;
+    at.k_hat = k_hat;
+    at.a = a;
+    at.r = sqrt(square);
+    at.l = lam * (t * t);
+    at.y = k_hat * (t * at.r);
+    at.stretch = 2.0 * (a * p) / square;
+    at.by_t = 4.0 * at.m * at.s + 2.0 * at.l + at.y * (1.0 + at.stretch);
+    at.g = sqrt(sqrt(lam));
+    return at;
+}
+
+/* Solve x = m + l + y for 1e-280 <= x <= 1e60 by Halley's method inside a bracket. It starts from
+ * the law without a layer, whose k_hat is (l + y)/t at a bound of t. */
+ALWAYS_INLINE layer_place solve_layer_place(double x, double k_hat, double lam) {
+    double k = larger(k_hat, 1e-240), a = 1.5707963267948966 * lam;
+    double high = smaller(sqrt(x / lam), x / (k * sqrt(1.0 + a))), low = 0.0;
+    high = 1.001 * smaller(high, cube_root(x / (k * sqrt(a)))); /* more than its rounding */
+    layer_place at = layer_place_at(high, k_hat, lam);
+    double t = smaller(high, coordinate_start(x, (at.l + at.y) / high));
+    for (int i = 0; i < 100; i++) {
+        at = layer_place_at(t, k_hat, lam);
+        double near = (at.m - x) + (at.l + at.y), far = ((at.l + at.y) - (x - 1.0)) - at.s;
+        double off = t < 1.0 ? near : far, newton = off / at.by_t, more = 1.0 + at.stretch;
+        double bend = 16.0 * at.m * at.s * (at.s - at.m) + 4.0 * at.l; /* d2x/d(ln t)2 */
+        bend += at.y * (more * more + at.stretch * (4.0 - 2.0 * at.stretch));
+        double step = newton / (1.0 - 0.5 * newton * (bend / at.by_t - 1.0)), next = t - t * step;
+        if (off > 0.0) high = t;
+        else low = t;
+        if (!(next >= low && next <= high)) next = low > 0.0 ? sqrt(low * high) : 0.25 * high;
+        int done = fabs(next - t) <= 1e-6 * t; /* the next error is the cube of this step */
+        t = next;
+        if (done) break;
+    }
+    return layer_place_at(t, k_hat, lam);
+}
+
+/* q without H. */
+ALWAYS_INLINE double layer_base(const layer_place *at) {
+    const double lift = 0.22676045526483735; /* 3/2 - 4/pi */
+    double share = at->a / (1.0 + at->a), s = at->s;
+    double clean = at->m * (1.0 + s), springs = sqrt(at->m) * (1.0 + s * (0.5 - lift * s));
+    return (1.0 - share) * clean + share * springs + 2.0 * at->k_hat * at->t * s / at->r;
+}
+
+/* Factor of x H. */
+ALWAYS_INLINE double layer_weight(const layer_place *at) {
+    double rest = 1.0 / (1.0 + at->t), square = rest * rest;
+    return square * square / (1.0 + at->a);
+}
+
+typedef struct {
+    double ratio, slope, log_k, log_layer;
+} layer_value;
+
+/* q and its derivatives from H and its derivatives by ln t, ln(k_hat) and ln(lam). */
+ALWAYS_INLINE layer_value layer_law(const layer_place *at, double x, const double h[4]) {
+    const double lift = 0.22676045526483735;
+    double m = at->m, s = at->s, per = 1.0 / (1.0 + at->a), share = at->a * per, root_m = sqrt(m);
+    double weakening = 2.0 * at->k_hat * at->t * s / at->r;
+    double springs = 1.0 + s * (0.5 - lift * s), clean = m * (1.0 + s);
+    double weighed = x * layer_weight(at), u = at->t / (1.0 + at->t);
+    /* Derivatives at fixed x. */
+    double by_t = (1.0 - share) * 8.0 * m * s * s + weakening * (1.0 - 4.0 * m - at->stretch) +
+                  share * root_m * s * (2.0 * springs - 4.0 * m * (0.5 - 2.0 * lift * s)) +
+                  weighed * (h[1] - 4.0 * u * h[0]);
+    double by_k = weakening + weighed * h[2], grown = 1.0 - 1.0 / (at->r * at->r);
+    double by_layer = share * per * (root_m * springs - clean) - 0.5 * weakening * grown +
+                      weighed * (h[3] - share * h[0]);
+    double turn = by_t / at->by_t; /* by x through t */
+    layer_value q;
+    q.ratio = layer_base(at) + weighed * h[0];
+    q.slope = turn + layer_weight(at) * h[0];
+    q.log_k = by_k - turn * at->y;
+    q.log_layer = by_layer - turn * (at->l + 0.5 * at->y * grown);
+    return q;
+}
+
+#endif
