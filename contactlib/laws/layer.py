@@ -23,12 +23,13 @@ Legendre functions of the second kind.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebval, chebvander
-from numpy.polynomial.legendre import leggauss, legvander
+from numpy.polynomial.legendre import leggauss, legder, legvander
 from scipy.linalg import lu_factor, lu_solve
 
 from contactlib.base.quantities import FloatArray
@@ -66,7 +67,9 @@ def rule() -> Rule:
 class Panels(NamedTuple):
     """Panels of the unit interval, their nodes, and the integrals of (2) over them."""
 
-    before: FloatArray  # distance of a panel from 0; from 1 it is the same in reverse order
+    front: int  # number of panels that are placed by their distance from 0, not from 1
+    before: FloatArray  # distance of a panel from 0
+    after: FloatArray  # from 1
     half: FloatArray  # half its width
     start: FloatArray  # distance of the nodes from 0, (n,)
     end: FloatArray  # from 1
@@ -93,58 +96,69 @@ def _log_moments(z: FloatArray) -> FloatArray:
         left, right = z + 1.0, z - 1.0
         moments[:, 0] = left * np.log(np.abs(left)) - right * np.log(np.abs(right)) - 2.0
         moments[:, 1:] = (2.0 * (q[2:] - q[:-2]) / (2 * order + 1)[:, None]).T
-    edge = z == 1.0
+    edge = np.abs(z) == 1.0
     moments[edge, 0] = 2.0 * np.log(2.0) - 2.0
-    moments[edge, 1:] = -2.0 / (order * (order + 1))
+    moments[edge, 1:] = -2.0 / (order * (order + 1)) * z[edge, None] ** order
     return moments
 
 
 @cache
-def panels() -> Panels:
+def panels(first: float = SMALLEST, last: float = SMALLEST, growth: float = GROWTH) -> Panels:
     """Panels that grow in proportion to their distance from the nearer end."""
     nodes, weights, fine_nodes, fine_weights, coefficients, upsampled = rule()
-    growing = [0.0, SMALLEST]
-    while growing[-1] * GROWTH < 0.5 / np.sqrt(GROWTH):
-        growing.append(growing[-1] * GROWTH)
-    edges = np.array([*growing, 0.5])
-    half = 0.5 * np.diff(edges)
-    half = np.concatenate([half, half[::-1]])
-    before = np.concatenate([edges[:-1], 1.0 - edges[:0:-1]])
+
+    def edges(smallest: float) -> FloatArray:
+        growing = [0.0, smallest]
+        while growing[-1] * growth < 0.5 / np.sqrt(growth):
+            growing.append(growing[-1] * growth)
+        return np.array([*growing, 0.5])
+
+    at_0, at_1 = edges(first), edges(last)
+    front = at_0.size - 1
+    half = np.concatenate([0.5 * np.diff(at_0), 0.5 * np.diff(at_1)[::-1]])
+    before = np.concatenate([at_0[:-1], 1.0 - at_1[:0:-1]])
+    after = np.concatenate([1.0 - at_0[1:], at_1[-2::-1]])
     start = (before[:, None] + half[:, None] * (1.0 + nodes)).ravel()
-    end = start[::-1]
-    integral = np.empty((start.size + 1, start.size))  # of r(s) ln|t - s|; last row: t = 1
+    end = (after[:, None] + half[:, None] * (1.0 - nodes)).ravel()
+    to, to_end = np.append(start, [0.0, 1.0]), np.append(end, [1.0, 0.0])
+    integral = np.empty((to.size, start.size))  # of r(s) ln|t - s|; last rows: t = 0, t = 1
     for k, size in enumerate(half):
         own = slice(k * ORDER, (k + 1) * ORDER)
         # Differences of distances from the end that is nearer to the panel lose no digit.
-        if k < half.size // 2:
-            z = (np.append(start, 1.0) - before[k]) / size - 1.0
-        else:
-            z = 1.0 - (np.append(end, 0.0) - before[-1 - k]) / size
+        z = (to - before[k]) / size - 1.0 if k < front else 1.0 - (to_end - after[k]) / size
         z[own] = nodes
         near = np.abs(z) <= NEAR
         log = np.empty((z.size, ORDER))
         log[near] = _log_moments(z[near]) @ coefficients
         log[~near] = np.log(np.abs(z[~near, None] - fine_nodes)) * fine_weights @ upsampled
         integral[:, own] = size * (log + np.log(size) * weights)
-    at_end = integral[-1]
-    potential, at_start = (at_end - integral[:-1]) / np.pi, (at_end - at_end[::-1]) / np.pi
     weight = (half[:, None] * weights).ravel()
-    return Panels(before, half, start, end, weight, potential, at_start)
+    potential, at_start = (integral[-1] - integral[:-2]) / np.pi, integral[-1] - integral[-2]
+    return Panels(front, before, after, half, start, end, weight, potential, at_start / np.pi)
 
 
-def between_nodes(values: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Values at points of the unit interval by their distances from 0 and 1, each (n,)."""
-    grid = panels()
-    count = grid.half.size // 2
-    edges = grid.before[: count + 1]
+def between_nodes(
+    values: FloatArray,
+    start: FloatArray,
+    end: FloatArray,
+    grid: Panels | None = None,
+    derivative: int = 0,
+) -> FloatArray:
+    """Values, or a derivative, at points by their distances from 0 and 1, each (n,)."""
+    grid = grid or panels()
+    front, count = grid.front, grid.half.size
+    place = np.searchsorted(grid.before[:front], start, side="right") - 1
+    back = count - np.searchsorted(grid.after[: front - 1 : -1], end, side="right")
     first = start <= end
-    inner = np.where(first, start, end)
-    place = np.clip(np.searchsorted(edges, inner, side="right") - 1, 0, count - 1)
-    z = np.clip((inner - grid.before[place]) / grid.half[place] - 1.0, -1.0, 1.0)
-    place, z = np.where(first, place, 2 * count - 1 - place), np.where(first, z, -z)
-    coefficients = values.reshape(-1, ORDER)[place] @ rule().coefficients.T
-    found: FloatArray = np.einsum("ij,ij->i", legvander(z, ORDER - 1), coefficients)
-    return found
+    place = np.where(first, np.clip(place, 0, front - 1), np.clip(back, front, count - 1))
+    half = grid.half[place]
+    z = np.where(
+        first, (start - grid.before[place]) / half - 1.0, 1.0 - (end - grid.after[place]) / half
+    )
+    series = values.reshape(-1, ORDER)[place] @ rule().coefficients.T
+    series = legder(series, derivative, axis=1) / half[:, None] ** derivative
+    basis = legvander(np.clip(z, -1.0, 1.0), ORDER - 1 - derivative)
+    return np.asarray(np.einsum("ij,ij->i", basis, series))
 
 
 def behind(values: FloatArray, distance: FloatArray) -> FloatArray:
@@ -183,7 +197,7 @@ def states(lam_over_d: float, angle: FloatArray) -> Stick:
     angle : ndarray
         From 0, where the whole contact sticks, to pi/2, where it slips; d = 2 cos(angle)**2.
     """
-    _, _, start, end, weight, potential, at_start = panels()
+    _, _, _, _, start, end, weight, potential, at_start = panels()
     factors = lu_factor(lam_over_d * np.eye(start.size) + potential)
     r = lu_solve(factors, end)
     d = 2.0 * np.cos(angle)[:, None] ** 2
@@ -298,15 +312,24 @@ def at_parameter(log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layer
     return Layered(creepage, rise, ratio, 2.0 * s * sigma * ratio_rise / rise)
 
 
-def solve_layer(x: FloatArray, k_hat: FloatArray | float, lam: FloatArray | float) -> FloatArray:
-    """Solve Eq. (3) for ln t at x > 0, (n,), by Newton's method inside a bracket."""
+# A curve: its points at ln t, k_hat and lam.
+AtParameter = Callable[[FloatArray, FloatArray, FloatArray], Layered]
+
+
+def solve_layer(
+    x: FloatArray,
+    k_hat: FloatArray | float,
+    lam: FloatArray | float,
+    curve: AtParameter = at_parameter,
+) -> FloatArray:
+    """Solve a curve, Eq. (3), for ln t at x > 0, (n,), by Newton's method inside a bracket."""
     k_hat, lam = np.broadcast_to(k_hat, x.shape), np.broadcast_to(lam, x.shape)
     low, high = np.full(x.shape, -115.0), np.full(x.shape, 115.0)
     log_t = 0.5 * np.log(x / (1.0 + lam))
     moving = np.arange(x.size)
     for _ in range(200):
         at = log_t[moving]
-        state = at_parameter(at, k_hat[moving], lam[moving])
+        state = curve(at, k_hat[moving], lam[moving])
         off = state.creepage - x[moving]
         low[moving] = np.where(off <= 0.0, at, low[moving])
         high[moving] = np.where(off >= 0.0, at, high[moving])
@@ -324,7 +347,10 @@ def solve_layer(x: FloatArray, k_hat: FloatArray | float, lam: FloatArray | floa
 
 
 def line_with_layer(
-    x: FloatArray, k_hat: FloatArray | float, lam: FloatArray | float
+    x: FloatArray,
+    k_hat: FloatArray | float,
+    lam: FloatArray | float,
+    curve: AtParameter = at_parameter,
 ) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of a line contact at x >= 0; arguments broadcast."""
     x, k_hat, lam = np.broadcast_arrays(x, k_hat, lam)
@@ -334,12 +360,14 @@ def line_with_layer(
     rolls = np.flatnonzero(x > MIN_X)
     for part in np.array_split(rolls, 1 + rolls.size // 4096):  # to bound the memory
         k, share = k_hat[part], lam[part]
-        state = at_parameter(solve_layer(x[part], k, share), k, share)
+        state = curve(solve_layer(x[part], k, share, curve), k, share)
         ratio[part], slope[part] = state.ratio, state.slope
     return ratio.reshape(shape), slope.reshape(shape)
 
 
-def ellipse_with_layer(x: FloatArray, k_hat: float, lam: float) -> tuple[FloatArray, FloatArray]:
+def ellipse_with_layer(
+    x: FloatArray, k_hat: float, lam: float, curve: AtParameter = at_parameter
+) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of an ellipse: Eq. (24) with Gauss's rule, on both sides of w = x.
 
     A strip of the relative width w is a line contact with x/w, k_hat/w and lam/w.
@@ -352,7 +380,7 @@ def ellipse_with_layer(x: FloatArray, k_hat: float, lam: float) -> tuple[FloatAr
     angle = np.hstack([split * clustered, split + (0.5 * np.pi - split) * clustered])
     weight = np.hstack([split * weights, (0.5 * np.pi - split) * weights])
     w = np.cos(angle)  # d(eta) = w d(angle)
-    ratio, slope = line_with_layer(x.ravel()[:, None] / w, k_hat / w, lam / w)
+    ratio, slope = line_with_layer(x.ravel()[:, None] / w, k_hat / w, lam / w, curve)
     force = 1.5 * np.sum(ratio * w**3 * weight, axis=1)  # Eq. (24)
     rate = 1.5 * np.sum(slope * w**2 * weight, axis=1)
     return force.reshape(x.shape), rate.reshape(x.shape)
