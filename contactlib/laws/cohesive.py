@@ -18,7 +18,9 @@ from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.laws import cohesive_ellipse as ellipse
-from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws import layer
+from contactlib.laws.carter_griffith import LAYER_RATIO, CarterGriffith
+from contactlib.laws.cohesive_layer import LayerCurve, along_zones, solve_curve
 from contactlib.laws.cohesive_line import SlipCurve
 from contactlib.laws.cohesive_zone import (
     between_nodes,
@@ -30,10 +32,12 @@ from contactlib.laws.cohesive_zone import (
 from contactlib.laws.contact_law import ContactLaw, Peak, places_at, strips_at
 from contactlib.laws.friction import EXPONENTIAL, Weakening
 from contactlib.laws.law import Corner
+from contactlib.laws.strips import split_at
 
 # Below these the Carter-Griffith law differs by less than 1e-12 and 2e-9.
 MIN_K_HAT = {"line": 1e-6, "elliptic": ellipse.MIN_K_HAT}
 MIN_X, MAX_X = 1e-9, 1e12
+MIN_K_HAT_OF_LAYER = 1e-3  # below it, with a layer, the Carter-Griffith law differs by under 1e-6
 
 
 def find_state(
@@ -137,14 +141,18 @@ class CohesiveZone(ContactLaw):
         Shape of the contact, as in `CarterGriffith`.
     weakening : Weakening
         Shape of f(u), such as `Friction.weakening`. Default: Rabinowicz's exponential.
+    layer_ratio : float, optional
+        lam = L E*/(2 a) [1] of a thin elastic layer between the bodies, as in `CarterGriffith`; see
+        `laws.cohesive_layer`. The first use then solves a curve, within seconds for a line contact
+        and up to a minute for an ellipse. Default: no layer.
 
     Raises
     ------
     ValueError
         If a parameter is out of range.
     ConvergenceError
-        On use, if a state has no solution that the iteration finds, or creepage does not grow
-        along the curve.
+        On use, if a state has no solution that the iteration finds, creepage does not grow along
+        the curve, or a layer would snap inside the slip zone, as no exponential makes it do.
 
     Examples
     --------
@@ -155,21 +163,37 @@ class CohesiveZone(ContactLaw):
 
     static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=30.0)]
     weakening: Weakening = EXPONENTIAL
+    layer_ratio: Annotated[float, LAYER_RATIO] = 0.0
+
+    @property
+    def _min_k_hat(self) -> float:
+        return MIN_K_HAT_OF_LAYER if self.layer_ratio > 0.0 else MIN_K_HAT[self.contact]
 
     @cached_property
     def _limit(self) -> CarterGriffith | None:
         """The law of a vanishing zone, if `k_hat` is so small that it applies."""
-        if self.k_hat >= MIN_K_HAT[self.contact]:
+        if self.k_hat >= self._min_k_hat:
             return None
-        return CarterGriffith(k_hat=self.k_hat, contact=self.contact)
+        return CarterGriffith(
+            k_hat=self.k_hat, contact=self.contact, layer_ratio=self.layer_ratio
+        )
 
     @property
     def _curve(self) -> SlipCurve:
         return _curve(self.k_hat, self.static_to_kinetic, self.weakening)
 
+    @property
+    def _layer_curve(self) -> LayerCurve:
+        return solve_curve(
+            self.k_hat, self.layer_ratio, self.static_to_kinetic, self.contact, self.weakening
+        )
+
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self._limit is not None:
             return self._limit.evaluate(x)
+        if self.layer_ratio > 0.0:
+            solve = layer.line_with_layer if self.contact == "line" else layer.ellipse_with_layer
+            return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve)
         line = self.contact == "line"
         slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
         ratio = slope * np.minimum(x.ravel(), 1.0)  # right to nine digits up to MIN_X
@@ -186,8 +210,8 @@ class CohesiveZone(ContactLaw):
 
     @property
     def sliding_creepage(self) -> float:
-        """Creepage x at which full slip begins."""
-        if self._limit is not None:
+        """Creepage x at which full slip begins; with a layer some stick always remains."""
+        if self._limit is not None or self.layer_ratio > 0.0:
             return np.inf
         if self.contact == "elliptic":
             return sliding_creepage(self.k_hat, self.static_to_kinetic, self.weakening)
@@ -201,7 +225,7 @@ class CohesiveZone(ContactLaw):
     @property
     def carter_at_zero(self) -> bool:
         """Whether q equals that of the Carter-Griffith line contact at ``k_hat=0``."""
-        return self.contact == "line"
+        return self.contact == "line" and self.layer_ratio == 0.0
 
     @property
     def corner(self) -> Corner | None:
@@ -209,7 +233,7 @@ class CohesiveZone(ContactLaw):
 
         In an ellipse it is that of the middle strip, softened by half a power by its neighbours.
         """
-        if self._limit is not None:
+        if self._limit is not None or self.layer_ratio > 0.0:
             return None
         return Corner(self.sliding_creepage, 2.0 if self.contact == "line" else 2.5)
 
@@ -219,6 +243,8 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.peak
         low, high = 0.1, 2.0 + 4.0 * self.static_to_kinetic
+        while self.layer_ratio > 0.0 and self.slope(high) > 0.0:
+            low, high = high, 2.0 * high
         x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-15, rtol=1e-15))
         return Peak(x, float(self.traction_ratio(x)))
 
@@ -229,7 +255,9 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.stick_boundary(normalized_creepage, lateral_position)
         x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        if self.contact == "line":
+        if self.layer_ratio > 0.0:
+            stick = np.array([self._layer_stick(*p) for p in zip(x.flat, w.flat, strict=True)])
+        elif self.contact == "line":
             at = np.clip(np.abs(x).ravel(), MIN_X, MAX_X)
             stick = self._curve.at(at).stick_length.reshape(x.shape)
             stick = np.where(np.abs(x) <= MIN_X, 2.0, stick)  # right to twelve digits
@@ -281,6 +309,17 @@ class CohesiveZone(ContactLaw):
             weakening=self.weakening,
         )
 
+    def _log_t(self, x: float, w: float) -> float:
+        """State of the strip of relative half-width w with a layer, ln t in `laws.layer`."""
+        at, lam = np.array([min(abs(x), MAX_X) / w]), self.layer_ratio / w
+        return float(layer.solve_layer(at, self.k_hat / w, lam, self._layer_curve)[0])
+
+    def _layer_stick(self, x: float, w: float) -> float:
+        """Stick length of a strip with a layer, in its units."""
+        if abs(x) <= MIN_X or w == 0.0:
+            return 2.0 if w > 0.0 else 0.0
+        return float(2.0 * split_at(np.exp(np.array(self._log_t(x, w))), 0.0).s)
+
     def _along(
         self, position: ArrayLike, normalized_creepage: ArrayLike, lateral_position: ArrayLike
     ) -> tuple[Along, FloatArray, FloatArray]:
@@ -288,7 +327,7 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             raise ValueError(
                 f"CohesiveZone.k_hat = {self.k_hat!r} is too small to resolve the weakening zone: "
-                f"must be >= {MIN_K_HAT[self.contact]}"
+                f"must be >= {self._min_k_hat}"
             )
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
         found = np.zeros((3, *x.shape))
@@ -296,6 +335,16 @@ class CohesiveZone(ContactLaw):
         strips = set(zip(x.flat, w.flat, strict=True))
         for strip in (pair for pair in strips if abs(pair[0]) > MIN_X and pair[1] > 0.0):
             here = (x == strip[0]) & (w == strip[1])
+            if self.layer_ratio > 0.0:
+                found[:, here] = along_zones(
+                    xi[here] / strip[1],
+                    self._log_t(*strip),
+                    self.k_hat / strip[1],
+                    self.layer_ratio / strip[1],
+                    self.static_to_kinetic,
+                    self.weakening,
+                )
+                continue
             found[:, here] = along_contact(
                 xi[here] / strip[1],
                 *self._state(*strip),

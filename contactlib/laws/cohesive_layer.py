@@ -157,3 +157,199 @@ def solve_zones(
     stuck = creepage * full_stick - response @ q
     ratio = float(2.0 / np.pi * (d * weight @ stuck + behind * weight @ q))
     return Zones(creepage, ratio, stuck, u, sudden)
+
+
+class _Family(NamedTuple):
+    """Curves of strips that all snap somewhere, or nowhere.
+
+    Attributes
+    ----------
+    snaps : bool
+        Whether springs snap somewhere, so that there is a place ln t = y with S = 1.
+    span : tuple of float
+        Range of y; without a snap y is an angle, S = cos(2 y).
+    ends : ndarray
+        Ends of the panels in ln t, from and to a + b y, (p, 2, 2).
+    series : ndarray
+        Chebyshev series of creepage and ratio over those of Coulomb friction, (p, 2, DEGREE + 1, n).
+    """
+
+    snaps: bool
+    span: tuple[float, float]
+    ends: FloatArray
+    series: FloatArray
+
+    def at(self, log_t: FloatArray, softness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Both quotients and their derivatives by ln t, (2, n) each, at S of the middle."""
+        y = np.clip(_border(softness, self.snaps), *self.span)
+        ends = self.ends[:, :, 0] + self.ends[:, :, 1] * y[:, None, None]  # (n, p, 2)
+        panel = np.clip((ends[:, :, 0] <= log_t[:, None]).sum(axis=1) - 1, 0, len(self.ends) - 1)
+        low, high = ends[np.arange(y.size), panel].T
+        place = (2.0 * log_t - low - high) / (high - low)
+        inside = np.abs(place) <= 1.0
+        in_t = chebvander(np.clip(place, -1.0, 1.0), DEGREE)
+        width = self.span[1] - self.span[0]
+        in_y = chebvander(
+            (2.0 * y - sum(self.span)) / (width or 1.0), self.series.shape[3] - 1
+        )
+        value, rise = np.empty((2, y.size)), np.empty((2, y.size))
+        for i in np.unique(panel):
+            here = panel == i
+            over_t = np.einsum("cij,nj->cin", self.series[i], in_y[here])
+            value[:, here] = np.einsum("ni,cin->cn", in_t[here], over_t)
+            rise[:, here] = np.einsum("ni,cin->cn", in_t[here, :-1], chebder(over_t, axis=1))
+        rise *= 2.0 / (high - low) * inside
+        # Beyond the last panel the force tends to f_d P like x**-1.5, where x grows like t**2.
+        beyond = place > 1.0
+        fall = np.exp(-3.0 * (log_t - high)[beyond])
+        value[1, beyond] = 1.0 + (value[1, beyond] - 1.0) * fall
+        rise[1, beyond] = -3.0 * (value[1, beyond] - 1.0)
+        return value, rise
+
+
+def _border(softness: FloatArray, snaps: bool) -> FloatArray:
+    """The variable y: S(ln t) is that of the middle over cosh(2 ln t)."""
+    if snaps:
+        return 0.5 * np.arccosh(np.maximum(softness, 1.0))
+    return 0.5 * np.arccos(np.minimum(softness, 1.0))
+
+
+class LayerCurve(NamedTuple):
+    """Creep curves of all strips of a contact, as functions of ln t."""
+
+    lam: float
+    softness: float  # S in the middle of the strip w = 1
+    families: list[_Family]
+
+    def __call__(self, log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layered:
+        """Points of strips with lam = `self.lam`/w; their k_hat follows."""
+        base = layer.at_parameter(log_t, np.zeros_like(lam), lam)
+        softness = self.softness * self.lam / lam
+        value, rise = np.empty((2, lam.size)), np.empty((2, lam.size))
+        for family in self.families:
+            here = (softness > 1.0) == family.snaps
+            if len(self.families) == 1:
+                here = np.ones_like(here)
+            value[:, here], rise[:, here] = family.at(log_t[here], softness[here])
+        creepage, ratio = base.creepage * value[0], base.ratio * value[1]
+        d_creepage = base.rise * value[0] + base.creepage * rise[0]
+        d_ratio = base.slope * base.rise * value[1] + base.ratio * rise[1]
+        return Layered(creepage, d_creepage, ratio, d_ratio / d_creepage)
+
+
+@lru_cache(maxsize=16)
+def solve_curve(
+    k_hat: float, lam: float, static_to_kinetic: float, contact: str, weakening: Weakening
+) -> LayerCurve:
+    """The curve of a line contact, or those of the strips of an ellipse.
+
+    Raises
+    ------
+    ConvergenceError
+        If a state has no solution that the iteration finds, or creepage does not grow with c.
+    """
+    law = (k_hat, lam, static_to_kinetic, contact, weakening)
+    length = float(weakening_length(np.array(k_hat), static_to_kinetic))
+    steepest = float(-weakening.slope(np.zeros(1))[0]) or 1.0
+    softness = lam * (static_to_kinetic - 1.0) / length * steepest
+    narrowest = NARROWEST * softness if contact == "elliptic" else softness
+    families = []
+    if narrowest < 1.0:
+        families.append(_solve_family(*law, softness, False, (narrowest, min(softness, 1.0))))
+    if softness > 1.0:
+        families.append(_solve_family(*law, softness, True, (max(narrowest, 1.0), softness)))
+    return LayerCurve(lam, softness, families)
+
+
+def _solve_family(
+    k_hat: float,
+    lam: float,
+    static_to_kinetic: float,
+    contact: str,
+    weakening: Weakening,
+    softness: float,
+    snaps: bool,
+    between: tuple[float, float],
+) -> _Family:
+    n = WIDTHS if between[1] > between[0] else 1
+    low, high = sorted(float(v) for v in _border(np.array(between), snaps))
+    y = 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(n)
+    widths = (np.cosh(2.0 * y) if snaps else np.cos(2.0 * y)) / softness if n > 1 else np.ones(1)
+    length = float(weakening_length(np.array(k_hat), static_to_kinetic))
+    # Where all slip is far below D, and far above.
+    first = min(-2.0, np.log(1e-7 * length / lam) / 6.0, np.log(1e-7 * length) / 10.0)
+    last = max(3.0, 0.5 * np.log(2e5 * length / (static_to_kinetic * lam)))
+    if snaps:
+        first, last = first - high, last + high
+    outer = np.array([0.0, 0.15, 0.4, 1.0])
+    todo = []
+    for a, b in pairwise(outer):  # from +-y to the first and the last end
+        todo.append(((first * b, b - 1.0), (first * a, a - 1.0)))
+        todo.append(((last * a, 1.0 - a), (last * b, 1.0 - b)))
+    if snaps:
+        todo += [((0.0, -1.0), (0.0, 0.0)), ((0.0, 0.0), (0.0, 1.0))]
+    else:  # no place to follow
+        todo = [((a, 0.0), (b, 0.0)) for (a, _), (b, _) in todo]
+    place = chebpts1(DEGREE + 1)
+    to_t = np.linalg.inv(chebvander(place, DEGREE))
+    to_y = np.linalg.inv(chebvander(chebpts1(n), n - 1))
+    done = []
+    while todo:
+        (a0, a1), (b0, b1) = panel = todo.pop()
+        found = np.empty((2, DEGREE + 1, n))
+        for j, w in enumerate(widths):
+            start, end = a0 + a1 * y[j], b0 + b1 * y[j]
+            log_t = 0.5 * (start + end) + 0.5 * (end - start) * place
+            base = layer.at_parameter(log_t, np.zeros_like(log_t), np.full_like(log_t, lam / w))
+            states = [
+                solve_zones(float(v), k_hat / w, lam / w, static_to_kinetic, weakening)
+                for v in log_t
+            ]
+            x = np.array([state.creepage for state in states])
+            if not (np.diff(x) > 0.0).all():
+                raise ConvergenceError(
+                    f"creepage does not grow along the curve at k_hat {k_hat:.4g}, layer_ratio "
+                    f"{lam:.4g}, static_to_kinetic {static_to_kinetic:.4g}"
+                )
+            found[:, :, j] = x / base.creepage, [s.ratio for s in states] / base.ratio
+        series = to_t @ found
+        if np.abs(series[:, -2:]).max() > TOLERANCE[contact] and b0 - a0 + abs(b1 - a1) > 0.02:
+            middle = (0.5 * (a0 + b0), 0.5 * (a1 + b1))
+            todo += [(panel[0], middle), (middle, panel[1])]
+        else:
+            done.append((panel, series @ to_y.T))
+    done.sort(key=lambda item: item[0][0][0] + item[0][0][1] * high)
+    return _Family(
+        snaps,
+        (low, high),
+        np.array([panel for panel, _ in done]),
+        np.array([series for _, series in done]),
+    )
+
+
+def along_zones(
+    position: FloatArray,
+    log_t: float,
+    k_hat: float,
+    lam: float,
+    static_to_kinetic: float,
+    weakening: Weakening,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Traction, slip rate and slip as in `cohesive.Along`, at places xi/a of a contact, (n,)."""
+    grid = layer.panels(*GRID)
+    state = solve_zones(log_t, k_hat, lam, static_to_kinetic, weakening)
+    m, s, _ = (float(v) for v in split_at(np.exp(log_t), 0.0))
+    ahead, behind = position - (m - s), (m - s) - position
+    sticks, slips = (ahead >= 0.0) & (position <= 1.0), (behind > 0.0) & (position >= -1.0)
+    found = np.zeros((3, position.size))
+    found[0, sticks] = layer.between_nodes(
+        state.stuck, ahead[sticks] / (2.0 * s), (1.0 - position[sticks]) / (2.0 * s), grid
+    )
+    place = behind[slips] / (2.0 * m), (1.0 + position[slips]) / (2.0 * m)
+    slip = np.maximum(layer.between_nodes(state.slip, *place, grid), 0.0)
+    pressure = np.sqrt((1.0 - position[slips]) * (1.0 + position[slips]))
+    found[0, slips] = pressure * (1.0 + (static_to_kinetic - 1.0) * weakening.fraction(slip))
+    length = float(weakening_length(np.array(k_hat), static_to_kinetic))
+    found[1, slips] = layer.between_nodes(state.slip, *place, grid, 1) * length / (2.0 * m)
+    found[2, slips] = slip
+    return found[0], found[1], found[2]
