@@ -43,8 +43,8 @@ from contactlib.laws.strips import split_at
 
 GRID = (1e-8, 1e-4, 9.0)  # panels: width at the stick boundary, at the other end, growth
 ITERATIONS = 60
-DEGREE, WIDTHS = 13, 8  # of the series in ln t; curves over w of an ellipse, in each part
-TOLERANCE = {"line": 1e-7, "elliptic": 1e-6}
+DEGREE, WIDTHS = 11, 8  # of the series in ln t; curves over w of an ellipse, in each part
+TOLERANCE = {"line": 5e-7, "elliptic": 1e-5}
 NARROWEST = 0.03  # of the strips: those beyond have a share of 1e-6 in the force
 
 
@@ -167,7 +167,7 @@ class _Family(NamedTuple):
     snaps : bool
         Whether springs snap somewhere, so that there is a place ln t = y with S = 1.
     span : tuple of float
-        Range of y; without a snap y is an angle, S = cos(2 y).
+        Range of y, where S(y) = cosh(2 y), or sin(y**2) without a snap.
     ends : ndarray
         Ends of the panels in ln t, from and to a + b y, (p, 2, 2).
     series : ndarray
@@ -208,10 +208,10 @@ class _Family(NamedTuple):
 
 
 def _border(softness: FloatArray, snaps: bool) -> FloatArray:
-    """The variable y: S(ln t) is that of the middle over cosh(2 ln t)."""
-    if snaps:
-        return 0.5 * np.arccosh(np.maximum(softness, 1.0))
-    return 0.5 * np.arccos(np.minimum(softness, 1.0))
+    """The variable y, from S = `softness` in the middle of a strip."""
+    if snaps:  # S(ln t) is that of the middle over cosh(2 ln t)
+        return np.asarray(0.5 * np.arccosh(np.maximum(softness, 1.0)))
+    return np.asarray(np.sqrt(np.arcsin(np.minimum(softness, 1.0))))  # dense at narrow strips
 
 
 class LayerCurve(NamedTuple):
@@ -250,7 +250,7 @@ def solve_curve(
     """
     law = (k_hat, lam, static_to_kinetic, contact, weakening)
     length = float(weakening_length(np.array(k_hat), static_to_kinetic))
-    steepest = float(-weakening.slope(np.zeros(1))[0]) or 1.0
+    steepest = float(-weakening.slope(np.linspace(0.0, 3.0, 301)).min())
     softness = lam * (static_to_kinetic - 1.0) / length * steepest
     narrowest = NARROWEST * softness if contact == "elliptic" else softness
     families = []
@@ -274,7 +274,7 @@ def _solve_family(
     n = WIDTHS if between[1] > between[0] else 1
     low, high = sorted(float(v) for v in _border(np.array(between), snaps))
     y = 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(n)
-    widths = (np.cosh(2.0 * y) if snaps else np.cos(2.0 * y)) / softness if n > 1 else np.ones(1)
+    widths = (np.cosh(2.0 * y) if snaps else np.sin(y * y)) / softness if n > 1 else np.ones(1)
     length = float(weakening_length(np.array(k_hat), static_to_kinetic))
     # Where all slip is far below D, and far above.
     first = min(-2.0, np.log(1e-7 * length / lam) / 6.0, np.log(1e-7 * length) / 10.0)

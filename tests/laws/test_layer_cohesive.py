@@ -1,0 +1,151 @@
+"""The cohesive law with a layer: another program, energy, limits, and a layer of some thickness."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from contactlib import CarterGriffith, CohesiveZone, Friction
+from contactlib.base.quantities import FloatArray
+from contactlib.laws import EXPONENTIAL, ConvergenceError
+from contactlib.laws.cohesive_layer import snap, solve_zones
+from contactlib.laws.layer import line_with_layer, states
+
+RATIO = 11.0 / 7.0
+X = np.array([1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0, 20.0])
+# Line contact by another program, a panel method: k_hat, lam, c, x, q at f_s/f_d = 11/7.
+ROWS = np.genfromtxt(
+    Path(__file__).with_name("layer_slip_weakening.csv"), delimiter=",", names=True, skip_header=2
+)
+
+
+def with_layer(k_hat: float, ratio: float, contact: str = "line") -> CohesiveZone:
+    return CohesiveZone(
+        k_hat=k_hat,
+        static_to_kinetic=RATIO,
+        layer_ratio=ratio,
+        contact=contact,  # type: ignore[arg-type]
+    )
+
+
+def log_t(c: float) -> float:
+    return float(0.25 * np.log((1.0 + c) / (1.0 - c)))
+
+
+def test_another_program_gives_the_same() -> None:
+    for row in ROWS:
+        state = solve_zones(log_t(row["c"]), row["k_hat"], row["lam"], RATIO, EXPONENTIAL)
+        assert state.creepage == pytest.approx(row["x"], rel=2e-6)
+        assert state.ratio == pytest.approx(row["q"], abs=2e-7)
+
+
+@pytest.mark.parametrize(("k_hat", "lam"), [(0.3, 0.03), (0.3, 1.0), (0.15, 10.0)])
+def test_the_curve_passes_through_its_states(k_hat: float, lam: float) -> None:
+    law = with_layer(k_hat, lam)
+    for at in (-1.7, -0.3, 0.2, 0.9, 2.6):
+        state = solve_zones(at, k_hat, lam, RATIO, EXPONENTIAL)
+        assert law.traction_ratio(state.creepage) == pytest.approx(state.ratio, abs=1e-6)
+        assert law.stick_boundary(state.creepage) == pytest.approx(np.tanh(2.0 * at), abs=1e-5)
+    h = 1e-3 * X
+    q = [law.traction_ratio(X + n * h) for n in (-2, -1, 1, 2)]
+    slope = (q[0] - 8.0 * q[1] + 8.0 * q[2] - q[3]) / (12.0 * h)
+    np.testing.assert_allclose(law.slope(X), slope, atol=1e-4)
+    assert law.slope(0.0) == pytest.approx(law.traction_ratio(1e-9) / 1e-9, rel=1e-7)
+
+
+def test_springs_snap_where_energies_are_equal() -> None:
+    for softness in (1.01, 1.5, 4.0, 1e4):
+        v, strength = snap(softness, EXPONENTIAL)
+        released = 1.0 - np.exp(-v) * (1.0 + v)
+        assert v**2 / (2.0 * released) == pytest.approx(softness, rel=1e-8)
+        assert strength == pytest.approx(np.exp(-v) + v / softness, rel=1e-12)
+    assert snap(0.99, EXPONENTIAL) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("k_hat", "lam", "x"), [(0.3, 0.03, 1.2), (0.3, 1.0, 1.0), (0.3, 1.0, 5.0)])
+def test_work_is_dissipated(k_hat: float, lam: float, x: float) -> None:
+    """Creepage times force is the work of sliding and of the sudden slip at c."""
+    law = with_layer(k_hat, lam)
+    c = float(law.stick_boundary(x))
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    v = 0.5 * (1.0 + nodes)
+    xi = c - (1.0 + c) * v**3 * (10.0 - 15.0 * v + 6.0 * v**2)  # dense at both ends
+    weight = 15.0 * v**2 * (1.0 - v) ** 2 * weights * (1.0 + c)
+    sliding = float(np.sum(law.shear_traction(xi, x) * law.slip_rate(xi, x) * weight))
+    sudden, edge = float(law.slip(c - 1e-13, x)), np.sqrt((1.0 - c) * (1.0 + c))
+    length = 0.5 * np.pi * k_hat**2 / (RATIO - 1.0)
+    lost = sliding + length * edge * (sudden - (RATIO - 1.0) * np.expm1(-sudden))
+    assert lost == pytest.approx(0.5 * np.pi * x * float(law.traction_ratio(x)), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_vanishing_layer_is_none() -> None:
+    ratios = np.array([1e-2, 1e-3, 1e-4])
+    without = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO).traction_ratio(X)
+    errors = [np.abs(with_layer(0.3, r).traction_ratio(X) - without).max() for r in ratios]
+    assert 0.85 < np.polyfit(np.log(ratios), np.log(errors), 1)[0] < 1.05
+    zero = CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, layer_ratio=0.0)
+    assert (zero.traction_ratio(X) == without).all()
+
+
+@pytest.mark.slow
+def test_a_zone_that_snaps_as_a_whole_is_the_papers_limit() -> None:
+    """Both for a shorter zone and for a softer layer, and fast: like exp(-sqrt(2 S))."""
+    for laws in (
+        [(0.15, 0.3), (0.05, 0.3), (0.02, 0.3)],
+        [(0.15, 0.3), (0.15, 3.0), (0.15, 30.0)],
+    ):
+        errors = []
+        for k_hat, lam in laws:
+            limit = CarterGriffith(k_hat=k_hat, layer_ratio=lam).traction_ratio((1.0 + lam) * X)
+            errors.append(np.abs(with_layer(k_hat, lam).traction_ratio((1.0 + lam) * X) - limit).max())
+        assert errors[0] > 5.0 * errors[1] > 25.0 * errors[2]
+        assert errors[2] < 1e-5
+    tiny = with_layer(0.9e-3, 0.3)
+    limit = CarterGriffith(k_hat=0.9e-3, layer_ratio=0.3).traction_ratio(X)
+    assert (tiny.traction_ratio(X) == limit).all()
+
+
+def thick_layer(k_hat: float, lam: float, thickness: float, c: float, n: int) -> float:
+    """Traction ratio with a layer whose compliance is lam tanh(k h)/(k h) at the wave number k.
+
+    Such a layer has no snap: the traction is continuous, linear between n nodes on each side of c.
+    """
+    step = 1.0 / n
+    xi = c - (1.0 + c) + step * np.arange(2 * n + 1)
+    apart = xi[:, None] - xi
+
+    def twice(v: FloatArray) -> FloatArray:
+        """Twice the integral of ln|v|."""
+        return 0.5 * v**2 * (np.log(np.maximum(np.abs(v), 1e-300)) - 1.5)
+
+    log = (twice(apart + step) - 2.0 * twice(apart) + twice(apart - step)) / step
+    # The layer's kernel, (lam/(pi h)) ln coth(pi |v|/(4 h)), is a logarithm and a smooth rest.
+    v = 0.25 * np.pi * np.abs(apart) / thickness
+    rest = np.log(np.where(v > 1e-9, v / np.tanh(np.maximum(v, 1e-9)), 1.0)) * step
+    shear = lam / (np.pi * thickness) * (rest - log - np.log(0.25 * np.pi / thickness) * step)
+    body = (log[-1] - log) / np.pi
+    compliance = (shear - shear[-1] + body)[:-1, :-1]  # displacement since the leading edge
+    lead, pressure = 1.0 - xi[:-1], np.sqrt(np.maximum(1.0 - xi[:-1] ** 2, 0.0))
+    length = 0.5 * np.pi * k_hat**2 / (RATIO - 1.0)
+    drop = (RATIO - 1.0) * pressure
+    # Unknown: slip behind c, x, and the traction ahead of c, where slip is zero.
+    slip, x, stuck = np.full(n, 5.0 * length), 3.0, 0.5 * pressure[n + 1 :]
+    for _ in range(100):
+        left = np.exp(-slip / length)
+        behind = pressure[:n] + drop[:n] * left
+        q = np.concatenate([behind, [RATIO * pressure[n]], stuck])
+        off = x * lead - compliance @ q
+        off[:n] -= slip
+        matrix = -compliance.copy()
+        matrix[:, :n] *= -drop[:n] * left / length
+        matrix[np.arange(n), np.arange(n)] -= 1.0
+        matrix[:, n] = lead
+        change = -np.linalg.solve(matrix, off)
+        slip = np.maximum(slip + np.clip(change[:n], -length, np.inf), 0.0)
+        x, stuck = x + change[n], stuck + change[n + 1 :]
+        if np.abs(change).max() < 1e-10:
+            return float(2.0 / np.pi * step * q.sum())
+    raise AssertionError("no convergence")
