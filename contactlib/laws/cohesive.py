@@ -174,9 +174,7 @@ class CohesiveZone(ContactLaw):
         """The law of a vanishing zone, if `k_hat` is so small that it applies."""
         if self.k_hat >= self._min_k_hat:
             return None
-        return CarterGriffith(
-            k_hat=self.k_hat, contact=self.contact, layer_ratio=self.layer_ratio
-        )
+        return CarterGriffith(k_hat=self.k_hat, contact=self.contact, layer_ratio=self.layer_ratio)
 
     @property
     def _curve(self) -> SlipCurve:

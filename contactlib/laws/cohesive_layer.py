@@ -4,7 +4,7 @@ Units are those of `laws.layer`, whose Eq. (1) holds in the whole contact if the
 the left side. In the slip zone the traction is q = p (1 + rho phi(u/D)), rho = f_s/f_d - 1. The
 layer alone, springs of the compliance lam, follows the falling friction only while
 
-    S = lam rho p/D <= 1/max(-phi').                                                        (1)
+    S = lam rho p/D <= 1,    if phi'(0) = -1 is the steepest.                                (1)
 
 A softer one lets go at once: it snaps from rest to a slip v D. A layer of finite thickness decides
 when. It does so where the energy of both states is equal, which in springs is
@@ -90,6 +90,31 @@ class Zones(NamedTuple):
     snap: float  # v
 
 
+def _newton(
+    u: FloatArray,
+    coulomb: FloatArray,
+    matrix: FloatArray,
+    weakening: Weakening,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Solve u + matrix @ phi(u) = `coulomb` for u >= 0 with a line search; u and what is left."""
+    off = u - coulomb + matrix @ weakening.fraction(u)
+    for _ in range(ITERATIONS):
+        error = np.abs(off).max()
+        if error <= tolerance:
+            break
+        step = matrix * weakening.slope(u)
+        step[np.diag_indices_from(step)] += 1.0
+        change = -np.linalg.solve(step, off)
+        for share in 0.5 ** np.arange(12.0):
+            new = np.maximum(u + share * change, 0.0)
+            new_off = new - coulomb + matrix @ weakening.fraction(new)
+            if np.abs(new_off).max() < (1.0 - 0.3 * share) * error:
+                break
+        u, off = new, new_off
+    return u, off
+
+
 def solve_zones(
     log_t: float, k_hat: float, lam: float, static_to_kinetic: float, weakening: Weakening
 ) -> Zones:
@@ -104,13 +129,18 @@ def solve_zones(
     start, end, weight, potential = grid.start, grid.end, grid.weight, grid.potential
     m, s, _ = (float(v) for v in split_at(np.exp(log_t), 0.0))
     d, behind = 2.0 * s, 2.0 * m  # lengths of the zones
-    rho, length = static_to_kinetic - 1.0, float(weakening_length(np.array(k_hat), static_to_kinetic))
+    rho, length = (
+        static_to_kinetic - 1.0,
+        float(weakening_length(np.array(k_hat), static_to_kinetic)),
+    )
     lead = d + behind * start  # 1 - xi in the slip zone
     pressure = np.sqrt(lead * behind * end)
     edge = np.sqrt(d * behind)
     sudden, strength = snap(lam * rho * edge / length, weakening)
     # Traction at one zone's nodes to the potential at the other's.
-    onto_stick = behind * weight / np.pi * np.log1p(d * end[:, None] / (d * start[:, None] + behind * start))
+    onto_stick = (
+        behind * weight / np.pi * np.log1p(d * end[:, None] / (d * start[:, None] + behind * start))
+    )
     onto_slip = d * weight / np.pi * np.log(d * end / (d * start + behind * start[:, None]))
     onto_edge = behind * weight / np.pi * np.log1p(d / (behind * start))
     factors = lu_factor(lam * np.eye(start.size) + d * potential)
@@ -128,22 +158,12 @@ def solve_zones(
     coulomb = (follow * at_rest - matrix @ pressure) / length
     matrix *= rho * pressure / length
     softness = lam * rho * pressure / length
-    u = np.maximum(coulomb, sudden)
-    off = u - coulomb + matrix @ weakening.fraction(np.maximum(u, 0.0))
     scale = 1.0 + 1e-3 * np.abs(coulomb).max()
-    for _ in range(ITERATIONS):
-        error = np.abs(off).max()
-        if error <= 1e-12 * scale:
-            break
-        step = matrix * weakening.slope(np.maximum(u, 0.0))
-        step[np.diag_indices_from(step)] += 1.0
-        change = -np.linalg.solve(step, off)
-        for share in 0.5 ** np.arange(12.0):
-            new = np.maximum(u + share * change, 0.0)
-            new_off = new - coulomb + matrix @ weakening.fraction(new)
-            if np.abs(new_off).max() < (1.0 - 0.3 * share) * error:
-                break
-        u, off = new, new_off
+    u, off = _newton(np.maximum(coulomb, sudden), coulomb, matrix, weakening, 1e-12 * scale)
+    if np.abs(off).max() > 1e-9 * scale and lam < 1.0:  # start from a softer layer
+        law = (k_hat, 4.0 * lam, static_to_kinetic, weakening)
+        near = np.maximum(solve_zones(log_t, *law).slip, sudden)
+        u, off = _newton(near, coulomb, matrix, weakening, 1e-12 * scale)
     unstable = (-softness * weakening.slope(u) > 1.0 + 1e-6).any()
     if np.abs(off).max() > 1e-9 * scale or unstable:
         raise ConvergenceError(
@@ -171,7 +191,8 @@ class _Family(NamedTuple):
     ends : ndarray
         Ends of the panels in ln t, from and to a + b y, (p, 2, 2).
     series : ndarray
-        Chebyshev series of creepage and ratio over those of Coulomb friction, (p, 2, DEGREE + 1, n).
+        Chebyshev series of creepage and ratio over those of Coulomb friction, for n curves:
+        (p, 2, DEGREE + 1, n).
     """
 
     snaps: bool
@@ -189,9 +210,7 @@ class _Family(NamedTuple):
         inside = np.abs(place) <= 1.0
         in_t = chebvander(np.clip(place, -1.0, 1.0), DEGREE)
         width = self.span[1] - self.span[0]
-        in_y = chebvander(
-            (2.0 * y - sum(self.span)) / (width or 1.0), self.series.shape[3] - 1
-        )
+        in_y = chebvander((2.0 * y - sum(self.span)) / (width or 1.0), self.series.shape[3] - 1)
         value, rise = np.empty((2, y.size)), np.empty((2, y.size))
         for i in np.unique(panel):
             here = panel == i

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebval, chebvander
-from numpy.polynomial.legendre import leggauss, legder, legvander
+from numpy.polynomial.legendre import legder, leggauss, legvander
 from scipy.linalg import lu_factor, lu_solve
 
 from contactlib.base.quantities import FloatArray
