@@ -191,7 +191,7 @@ class CohesiveZone(ContactLaw):
             return self._limit.evaluate(x)
         if self.layer_ratio > 0.0:
             solve = layer.line_with_layer if self.contact == "line" else layer.ellipse_with_layer
-            return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve)
+            return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve.at)
         line = self.contact == "line"
         slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
         ratio = slope * np.minimum(x.ravel(), 1.0)  # right to nine digits up to MIN_X
@@ -310,7 +310,7 @@ class CohesiveZone(ContactLaw):
     def _log_t(self, x: float, w: float) -> float:
         """State of the strip of relative half-width w with a layer, ln t in `laws.layer`."""
         at, lam = np.array([min(abs(x), MAX_X) / w]), self.layer_ratio / w
-        return float(layer.solve_layer(at, self.k_hat / w, lam, self._layer_curve)[0])
+        return float(layer.solve_layer(at, self.k_hat / w, lam, self._layer_curve.at)[0])
 
     def _layer_stick(self, x: float, w: float) -> float:
         """Stick length of a strip with a layer, in its units."""

@@ -129,19 +129,16 @@ def solve_zones(
     start, end, weight, potential = grid.start, grid.end, grid.weight, grid.potential
     m, s, _ = (float(v) for v in split_at(np.exp(log_t), 0.0))
     d, behind = 2.0 * s, 2.0 * m  # lengths of the zones
-    rho, length = (
-        static_to_kinetic - 1.0,
-        float(weakening_length(np.array(k_hat), static_to_kinetic)),
-    )
+    rho = static_to_kinetic - 1.0
+    length = float(weakening_length(np.array(k_hat), static_to_kinetic))
     lead = d + behind * start  # 1 - xi in the slip zone
     pressure = np.sqrt(lead * behind * end)
     edge = np.sqrt(d * behind)
     sudden, strength = snap(lam * rho * edge / length, weakening)
     # Traction at one zone's nodes to the potential at the other's.
-    onto_stick = (
-        behind * weight / np.pi * np.log1p(d * end[:, None] / (d * start[:, None] + behind * start))
-    )
-    onto_slip = d * weight / np.pi * np.log(d * end / (d * start + behind * start[:, None]))
+    apart = d * start[:, None] + behind * start
+    onto_stick = behind * weight / np.pi * np.log1p(d * end[:, None] / apart)
+    onto_slip = d * weight / np.pi * np.log(d * end / apart.T)
     onto_edge = behind * weight / np.pi * np.log1p(d / (behind * start))
     factors = lu_factor(lam * np.eye(start.size) + d * potential)
     solved = lu_solve(factors, np.column_stack([d * end, onto_stick]))
@@ -240,7 +237,7 @@ class LayerCurve(NamedTuple):
     softness: float  # S in the middle of the strip w = 1
     families: list[_Family]
 
-    def __call__(self, log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layered:
+    def at(self, log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layered:
         """Points of strips with lam = `self.lam`/w; their k_hat follows."""
         base = layer.at_parameter(log_t, np.zeros_like(lam), lam)
         softness = self.softness * self.lam / lam
@@ -273,7 +270,7 @@ def solve_curve(
     softness = lam * (static_to_kinetic - 1.0) / length * steepest
     narrowest = NARROWEST * softness if contact == "elliptic" else softness
     families = []
-    if narrowest < 1.0:
+    if narrowest <= 1.0:
         families.append(_solve_family(*law, softness, False, (narrowest, min(softness, 1.0))))
     if softness > 1.0:
         families.append(_solve_family(*law, softness, True, (max(narrowest, 1.0), softness)))

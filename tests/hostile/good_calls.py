@@ -267,7 +267,6 @@ RECEIVERS: dict[str, dict[str, Callable[[], Any]]] = {
     "CohesiveZone": {
         "": lambda: cl.CohesiveZone(k_hat=0.3, static_to_kinetic=1.6),
         "elliptic": lambda: cl.CohesiveZone(k_hat=0.3, static_to_kinetic=1.6, contact="elliptic"),
-        "layer": lambda: cl.CohesiveZone(k_hat=0.3, static_to_kinetic=1.6, layer_ratio=0.5),
     },
     "ContactHeat": {"": heat, "elliptic": partial(heat, True)},
     "CreepForceTable": {
