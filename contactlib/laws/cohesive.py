@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.laws import cohesive_ellipse as ellipse
 from contactlib.laws import layer
-from contactlib.laws.carter_griffith import LAYER_RATIO, CarterGriffith
+from contactlib.laws.carter_griffith import CarterGriffith
 from contactlib.laws.cohesive_layer import LayerCurve, along_zones, solve_curve
 from contactlib.laws.cohesive_line import SlipCurve
 from contactlib.laws.cohesive_zone import (
@@ -142,7 +142,7 @@ class CohesiveZone(ContactLaw):
     weakening : Weakening
         Shape of f(u), such as `Friction.weakening`. Default: Rabinowicz's exponential.
     layer_ratio : float, optional
-        lam = L E*/(2 a) [1] of a thin elastic layer between the bodies, as in `CarterGriffith`; see
+        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, as in `CarterGriffith`; see
         `laws.cohesive_layer`. The first use then solves a curve, within seconds for a line contact
         and up to a minute for an ellipse. Default: no layer.
 
@@ -163,7 +163,7 @@ class CohesiveZone(ContactLaw):
 
     static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=30.0)]
     weakening: Weakening = EXPONENTIAL
-    layer_ratio: Annotated[float, LAYER_RATIO] = 0.0
+    layer_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=100.0)] = 0.0
 
     @property
     def _min_k_hat(self) -> float:
