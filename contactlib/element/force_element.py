@@ -90,8 +90,8 @@ class ForceElement(Parameters):
         that of `carter_griffith_table`. Default: no layer.
     slope_reduction : float, optional
         The initial slope over that of the bodies with their layer; zeta0 is divided by it [1]. It
-        fits a slope without its cause: it stretches the creepage axis, does not depend on the load
-        and leaves k_hat as it is, all of which a layer does not. Default: 1.
+        fits a slope without its cause: it stretches the creepage axis alike at any load and leaves
+        the peak as high as it is, as no layer does. Default: 1.
     minimum_speed : float, optional
         Speed below which the reference speed of the creepage is regularised and the output
         ``speed_regularized`` is 1 [m/s]. Default: 0.1.

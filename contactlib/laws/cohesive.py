@@ -142,9 +142,9 @@ class CohesiveZone(ContactLaw):
     weakening : Weakening
         Shape of f(u), such as `Friction.weakening`. Default: Rabinowicz's exponential.
     layer_ratio : float, optional
-        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, as in `CarterGriffith`; see
-        `laws.cohesive_layer`. The first use then solves a curve, within seconds for a line contact
-        and up to a minute for an ellipse. Default: no layer.
+        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, as in
+        `CarterGriffith`; see `laws.cohesive_layer`. The first use then solves a curve, within
+        seconds for a line contact and up to a minute for an ellipse. Default: no layer.
 
     Raises
     ------

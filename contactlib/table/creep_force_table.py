@@ -27,13 +27,12 @@ from contactlib.base.quantities import (
     common_shape,
 )
 from contactlib.base.writing import write_whole
-from contactlib.laws.contact_law import LAYER_RATIO
 from contactlib.laws.law import Law
 from contactlib.laws.traction_data import TractionData
 from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build, cut_layers
 
 MAX_FLOAT = sys.float_info.max
-LARGEST_LAYER = LAYER_RATIO.at_most
+LARGEST_LAYER = 1e7
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ import { contactModulus, type Vehicle } from "../physics/vehicle";
 import type { App } from "./app";
 import { Row, type RowSpec } from "./controls";
 
-const MEGA = 1e6, KILO = 1e3, MILLI = 1e-3, PERCENT = 1e-2;
+const MEGA = 1e6, KILO = 1e3, MILLI = 1e-3, FEMTO = 1e-15, PERCENT = 1e-2;
 const FALL = "Friction falls with slip speed w by (1 - A) exp(-B w) + A";
 const HEAT = "Friction falls with the contact's flash temperature T by 1 - T/T\u2098; it replaces A and B";
 
@@ -108,8 +108,10 @@ export function makeRows(app: App): Rows {
         () => app.run.now.speed, (value) => app.setSpeed(value)),
       wheel("inertia", shape("inertia", "inertia J", "kg m\u00b2", 1, 30, 1000,
         "Inertia of the wheelset and its drive", true)),
+      wheel("layer_compliance", shape("layer", "layer h/G", "\u00b5m/GPa", FEMTO, 0, 1e-12,
+        "Thickness over shear modulus of a layer between wheel and rail")),
       wheel("slope_reduction", shape("slope", "slope reduction", "", 1, 0.02, 1,
-        "A third body on the rail lowers the initial slope", true)),
+        "Lowers the initial slope alike at any load", true)),
       wheel("slip_rate_residual", shape("residual", "residual friction A", "", 1, 0.2, 1, FALL)),
       row("slip_rate_decay", shape("decay", "fall with slip speed B", "s/m", 1, 0, 3, FALL),
         () => app.settings.vehicle.slip_rate_decay,

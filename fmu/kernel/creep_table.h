@@ -17,7 +17,7 @@
  *
  * A law of two axes may have a third one: a thin layer with the ratio lam > 0 (layer_ratio) has a
  * tricubic spline over u, sqrt(k_hat) and w = g/(0.6 + g) with g = lam^(1/4), for all layers from
- * w = 0, where there is none, to w = 1, where there are only springs:
+ * w = 0 without one to w = 1, where there are only springs:
  *
  *     x = m + lam t^2 + k_hat t r,   s = 1 - m,   r^2 = 1 + A/s,   A = (pi/2) lam
  *     q = (1 - B) (1 - s^2) + B sqrt(m) (1 + s/2 - (3/2 - 4/pi) s^2) + 2 k_hat t s/r

@@ -28,7 +28,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     contact, friction = element.contact, element.friction
     own: tuple[tuple[Any, str], ...] = (
         (contact, "semi_width peak_pressure"),
-        (element, "wheels normal_load k_hat slope_reduction minimum_speed"),
+        (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed"),
         (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
         (wheelset, "radius inertia mass damping"),
         (resistance, "constant linear quadratic grade"),
@@ -86,6 +86,7 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
             table=carter_griffith_table(shape),
             radius=float(rng.uniform(0.3, 0.7)),
             slope_reduction=float(10.0 ** rng.uniform(-1.5, 0.0)),
+            layer_compliance=1e-13 if int(load) % 2 else 0.0,
         )
     return cl.Wheelset(
         element,

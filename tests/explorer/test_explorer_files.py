@@ -136,7 +136,7 @@ ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
     {"friction": {"k_hat": 0, "static": 0.21, "slip_rate_residual": 0.4, "slip_rate_decay": 0.6}},
     {"friction": {"softening_temperature": "900 K", "thermal_effusivity": 13e3}},
     {"friction": {"k_hat": None, "weakening_length": "1.3 um", "static": 0.21}},
-    {"wheelset": {"saturation_creepage": None}},
+    {"wheelset": {"saturation_creepage": None, "layer_compliance": "130 um/GPa"}},
     {"wheelset": {"rotor_inertia": 7.5, "gear_ratio": 4}},
     {"wheelset": {"saturation_creepage": None, "slope_reduction": 0.4, "mass": "12 t"}},
     {"resistance": {"constant": "1.8 kN", "grade": "-1 %"}, "run": {"initial_speed": "72 km/h"}},

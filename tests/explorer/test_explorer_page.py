@@ -265,6 +265,7 @@ RANDOM_WHEELS = """async (count) => {
       contact: uniform(0, 1) < 0.5 ? "line" : "elliptic", mass: i % 2 ? 1.4e5 : null,
       k_hat: uniform(0, 1.2), slip_rate_residual: uniform(0.2, 1), slip_rate_decay: uniform(0, 3),
       inertia: log(30, 1000), damping: uniform(0, 300), slope_reduction: log(0.02, 1),
+      layer_compliance: i % 3 ? 0 : 1e-13,
       kinetic_friction: 0.2, static_friction: 0.2 * uniform(1.05, 4),
     };
     app.change(() => {
