@@ -2,8 +2,9 @@
 
 The model is mu(zeta) = f_d g q(x), x = zeta/(zeta0 g), where q is a law of `contactlib.laws` and g
 is the factor on friction at the slip speed w = |zeta| V: (1 - A) exp(-B w) + A, or for thermal
-softening `laws.thermal_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). Data often do
-not determine some parameters, so each estimate comes with its confidence interval.
+softening `laws.thermal_contact.friction_factor`. A law's k_hat becomes k_hat/sqrt(g). With a layer
+zeta0 is that of the clean contact, and lam does not depend on friction. Data often do not determine
+some parameters, so each estimate comes with its confidence interval.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,10 +21,16 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, least_squares
 from scipy.special import fdtri, stdtrit
 
+from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, derived
+from contactlib.base.writing import PACKAGE
+from contactlib.laws.carter_griffith import CarterGriffith
+from contactlib.laws.contact_law import K_HAT, LAYER_RATIO
 from contactlib.laws.friction import FALL_TEMPERATURE, Friction
 from contactlib.laws.heat import ContactHeat
+from contactlib.laws.hertz import Contact, EllipticContact
 from contactlib.laws.law import Law
+from contactlib.laws.scales import saturation_creepage
 from contactlib.laws.thermal_contact import friction_factor
 from contactlib.laws.traction_data import TractionData
 
@@ -38,7 +46,8 @@ K_NODES = 8  # laws between which k_hat/sqrt(g) is interpolated
 SCREENED, REFINED = 96, 6  # starting points tried, and searches from the best of them
 PROFILE_POINTS = 6  # on each side of an estimate
 STEP = 1e-6  # of the range: for derivatives; an estimate closer to an end counts as at that end
-LOGARITHMIC = ("kinetic", "saturation_creepage", "softening_temperature")
+LOGARITHMIC = ("kinetic", "saturation_creepage", "softening_temperature", "layer_compliance")
+COMPLIANCES = (1e-15, 1e-10)  # of a layer [m/Pa]
 WIDEST = 1e30  # largest ratio of the ends of a range that is searched by its logarithm
 SINGULAR = 1e-6  # ratio of singular values below which the data do not determine a direction
 
@@ -103,6 +112,8 @@ class FitResult:
         True if the intervals are from the profile likelihood, False if from the standard errors.
     heat : ContactHeat or None
         Thermal model of the contact, if friction softens thermally.
+    layer : LineContact, EllipticContact or None
+        The clean contact, if a layer was fitted.
     """
 
     law: Law
@@ -113,11 +124,13 @@ class FitResult:
     level: float
     profiled: bool
     heat: ContactHeat | None = None
+    layer: Contact | None = None
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter by name, fitted or given."""
-        return {**{name: e.value for name, e in self.estimates.items()}, **self.fixed}
+        """Every parameter by name, fitted or given; with a layer also saturation_creepage."""
+        values = {**{name: e.value for name, e in self.estimates.items()}, **self.fixed}
+        return values if self.layer is None else _with_clean_scale(values, self.layer)
 
     @property
     def rmse(self) -> float:
@@ -187,6 +200,7 @@ def fit(
     *,
     slip_rate: bool = False,
     heat: ContactHeat | None = None,
+    layer: Contact | None = None,
     level: float = 0.95,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     **fixed: Any,
@@ -195,8 +209,9 @@ def fit(
 
     The parameters are ``kinetic`` (f_d), ``saturation_creepage`` (zeta0), every quantity of the
     law that has no default and, if `slip_rate`, ``slip_rate_residual`` (A) and ``slip_rate_decay``
-    (B), or, if `heat`, ``softening_temperature`` (T_m). Parameters given as keywords are held, the
-    others are fitted.
+    (B), or, if `heat`, ``softening_temperature`` (T_m). With `layer`, ``layer_compliance`` (L)
+    takes the place of ``saturation_creepage``. Parameters given as keywords are held, the others
+    are fitted.
 
     Parameters
     ----------
@@ -210,13 +225,20 @@ def fit(
     heat : ContactHeat, optional
         Thermal model of the contact; its friction f_d (1 - T/T_m) falls with its temperature.
         kinetic and T_m refer to the temperature at which the surfaces enter.
+    layer : LineContact or EllipticContact, optional
+        The clean contact at the load of the data. zeta0 then follows from f_d, Eq. (15), and the
+        slope from a thin elastic layer between the bodies, whose shear compliance L is its
+        thickness over its shear modulus. The law must be `CarterGriffith`; its ``layer_ratio`` is
+        L E_t/(2 a) with the contact's `tangential_modulus` E_t, and its ``contact`` that of
+        `layer`. The fit does not contain the softening of a half-space.
     level : float
         Confidence level of the intervals [1], between 0 and 1.
     ranges : mapping of str to (float, float), optional
         Ranges to search. Default: the law's own limits; for kinetic 1/100 to 10 times the largest
         traction coefficient; for saturation_creepage 1/1000 of the smallest to 1000 times the
         largest creepage; for slip_rate_decay 0 to 100 over the largest slip speed; for
-        softening_temperature 1 to 1e6 K.
+        softening_temperature 1 to 1e6 K; for layer_compliance 1e-15 to 1e-10 m/Pa, or less at the
+        law's largest ``layer_ratio``.
     **fixed
         Parameters to hold, and options of the law such as ``contact="line"``.
 
@@ -229,7 +251,8 @@ def fit(
     ValueError
         If a value or a range is out of its limits, a parameter has no finite range, the data lack
         a speed, no point has a creepage, there are no more points than free parameters, `heat`
-        comes with `slip_rate`, or with a law for another shape of contact.
+        comes with `slip_rate`, `heat` or `layer` with a law for another shape of contact, or
+        `layer` with another law than `CarterGriffith`.
     TypeError
         If the law does not have an option.
 
@@ -277,7 +300,18 @@ def fit(
         if field.name in law.quantities() and field.default is MISSING
     }
     falls = SLIP_RATE if slip_rate else SOFTENING if heat else {}
-    quantities = {**SCALES, **of_law, **falls}
+    scales = SCALES
+    if layer is not None:
+        if law is not CarterGriffith:
+            raise ValueError(f"layer is for CarterGriffith, not for {law.__name__}")
+        per_compliance = 0.5 * layer.tangential_modulus / layer.semi_width
+        most = LAYER_RATIO.at_most / per_compliance
+        compliance = Quantity("m/Pa", at_least=0.0, at_most=most)
+        scales = {"kinetic": SCALES["kinetic"], "layer_compliance": compliance}
+        shape = "elliptic" if isinstance(layer, EllipticContact) else "line"
+        if fixed.setdefault("contact", shape) != shape:
+            raise ValueError(f"contact = {fixed['contact']!r} must be the layer's, {shape!r}")
+    quantities = {**scales, **of_law, **falls}
     options = {name: fixed.pop(name) for name in set(fixed) - set(quantities)}
     for name, value in fixed.items():
         fixed[name] = checked_number(name, value, quantities[name])
@@ -291,14 +325,18 @@ def fit(
     axes = [axis_of(name, quantities[name], data, ranges.get(name)) for name in free]
 
     def law_with(values: Mapping[str, float]) -> Law:
-        made: Law = law(**{name: values[name] for name in of_law}, **options)
+        given = {name: values[name] for name in of_law}
+        if layer is not None:
+            given["layer_ratio"] = values["layer_compliance"] * per_compliance
+        made: Law = law(**given, **options)
         if heat and getattr(made, "contact", heat.shape) != heat.shape:
             raise ValueError(f"heat.shape = {heat.shape!r} must be the law's contact")
         return made
 
     def all_values(theta: FloatArray) -> dict[str, float]:
         fitted = {n: a.value(float(t)) for n, a, t in zip(free, axes, theta, strict=True)}
-        return {**fitted, **fixed}
+        values = {**fitted, **fixed}
+        return values if layer is None else _with_clean_scale(values, layer)
 
     def residuals(theta: FloatArray) -> FloatArray:
         values = all_values(theta)
@@ -342,7 +380,15 @@ def fit(
         level=level,
         profiled=profiled,
         heat=heat,
+        layer=layer,
     )
+
+
+def _with_clean_scale(values: Mapping[str, float], layer: Contact) -> dict[str, float]:
+    """Add zeta0 of the clean contact, which is proportional to friction."""
+    of_one = Friction(static=1.0, kinetic=1.0, weakening_length=0.0)
+    zeta0 = values["kinetic"] * saturation_creepage(layer, of_one)
+    return {**values, "saturation_creepage": zeta0}
 
 
 def _traction_coefficient(
@@ -351,7 +397,9 @@ def _traction_coefficient(
     kinetic, zeta0 = values["kinetic"], values["saturation_creepage"]
     x = _finite_ratio(data.creepage, zeta0)
     if heat is None and "slip_rate_residual" not in values:
-        return np.asarray(kinetic * law.traction_ratio(x))
+        return np.asarray(
+            kinetic * _ratio_at_k_hats(law, x, np.full(x.shape, values.get("k_hat", 0.0)))
+        )
     if data.speed is None:
         raise ValueError("friction falls with slip speed, so a speed is needed")
     if heat is None:
@@ -362,11 +410,15 @@ def _traction_coefficient(
         number = warmth * (zeta0 / values["softening_temperature"])
         cold = values.get("k_hat", 0.0)
         g = friction_factor(x, number, k_hat=cold, contact=heat.shape)
-    if values.get("k_hat"):
-        ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values["k_hat"] / np.sqrt(g))
-    else:
-        ratio = law.traction_ratio(_finite_ratio(x, g))
+    ratio = _ratio_at_k_hats(law, _finite_ratio(x, g), values.get("k_hat", 0.0) / np.sqrt(g))
     return np.asarray(kinetic * g * ratio)
+
+
+@cache
+def _shipped(contact: str) -> kernel.NativeTable:
+    """The table of the law with a layer: the kernel reads it without the room that builds it."""
+    path = PACKAGE / "table" / "data" / f"carter_griffith_{contact}.bin"
+    return kernel.NativeTable(path.read_bytes())
 
 
 def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:
@@ -378,8 +430,14 @@ def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:
 def _ratio_at_k_hats(law: Any, x: FloatArray, k_hat: FloatArray) -> FloatArray:
     """Traction ratio with a k_hat for each point, interpolated between Chebyshev nodes in its log.
 
-    A k_hat beyond the law's range is replaced by the end of the range.
+    A k_hat beyond the law's range is replaced by the end of the range. With a layer, where a law
+    takes a hundred times as long, the shipped table gives it.
     """
+    if isinstance(law, CarterGriffith) and law.layer_ratio > 0.0:
+        held = np.minimum(k_hat, K_HAT.at_most)
+        return _shipped(law.contact).evaluate(x, held, np.full(x.shape, law.layer_ratio))[0]
+    if not k_hat.any():
+        return np.asarray(law.traction_ratio(x))
     highest = law.quantities()["k_hat"].at_most
     logs = np.log(np.minimum(k_hat, highest))
     first, last = float(logs.min()), float(logs.max())
@@ -442,6 +500,9 @@ def axis_of(
         start = (step, 1.0 - step)
     elif name == "softening_temperature":
         start = (math.log(1e2) / math.log(1e6), math.log(4e3) / math.log(1e6))
+    elif name == "layer_compliance":
+        low, high = COMPLIANCES[0], min(COMPLIANCES[1], high)
+        start = (0.2, 0.8)
     elif name == "slip_rate_decay":
         assert data.speed is not None  # noqa: S101 (for mypy; fit has checked it)
         high = 100.0 / float(np.abs(data.creepage * data.speed).max())

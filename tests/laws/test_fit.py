@@ -13,6 +13,7 @@ from scipy.stats import t as t_distribution
 from contactlib import (
     CarterGriffith,
     EllipticContact,
+    Friction,
     LineContact,
     Polach,
     TractionData,
@@ -20,7 +21,13 @@ from contactlib import (
 )
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
-from contactlib.laws import ContactHeat, FitResult, Softening, ThermalContact
+from contactlib.laws import (
+    ContactHeat,
+    FitResult,
+    Softening,
+    ThermalContact,
+    saturation_creepage,
+)
 from contactlib.laws.fit import fit
 
 CARTER: dict[str, Any] = {"contact": "line", "k_hat": 0.0}
@@ -199,17 +206,21 @@ def test_polachs_reductions_are_not_distinguished_from_the_scale_of_creepage() -
         assert low < truth < high
 
 
-@pytest.mark.slow
-def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
-    locomotive: TractionData,
-) -> None:
-    wheel = EllipticContact.from_semi_axes(
+@pytest.fixture(scope="module")
+def wheel() -> EllipticContact:
+    return EllipticContact.from_semi_axes(
         semi_axis_x=6.304e-3,
         semi_axis_y=12.61e-3,
         normal_load=106.7e3,
         contact_modulus=82e9 / 0.72,
         poisson_ratio=0.28,
     )
+
+
+@pytest.mark.slow
+def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
+    locomotive: TractionData, wheel: EllipticContact
+) -> None:
     given: dict[str, Any] = {"k_hat": 0.0, "contact": "elliptic"}
     hot = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=wheel), **given)
     assert hot.rmse < 0.0290
@@ -232,6 +243,51 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     other = fit(Polach, locomotive, heat=ContactHeat(contact=wheel), **POLACH)
     assert other.values["softening_temperature"] < softening.interval[0]
     assert other.bic < hot.bic
+
+
+@pytest.mark.slow
+def test_a_layer_explains_the_locomotives_slope(
+    locomotive: TractionData, wheel: EllipticContact
+) -> None:
+    heat = ContactHeat(contact=wheel)
+    found = fit(CarterGriffith, locomotive, heat=heat, layer=wheel, k_hat=0.0)
+    assert found.rmse < 0.0268
+    assert found.caveats == ()
+    zeta0_free = fit(CarterGriffith, locomotive, heat=heat, k_hat=0.0, contact="elliptic")
+    assert found.bic < zeta0_free.bic - 10.0  # as many parameters
+    cold = fit(CarterGriffith, locomotive, layer=wheel, k_hat=0.0)
+    assert cold.bic > found.bic + 50.0
+    weakened = fit(CarterGriffith, locomotive, heat=heat, layer=wheel, k_hat=0.3)
+    assert weakened.rmse < 0.0278
+    k_hat = fit(CarterGriffith, locomotive, heat=heat, layer=wheel).estimates["k_hat"]
+    assert k_hat.interval == pytest.approx((0.0, 0.196), abs=0.005)
+
+
+@pytest.mark.parametrize("k_hat", [0.0, 0.3])
+@pytest.mark.parametrize("shape", ["line", "elliptic"])
+def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) -> None:
+    line = LineContact.from_semi_width(
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+    )
+    contact = wheel if shape == "elliptic" else line
+    ratio = 2e-13 * contact.tangential_modulus / (2.0 * contact.semi_width)
+    law = CarterGriffith(k_hat=k_hat, contact=shape, layer_ratio=ratio)  # type: ignore[arg-type]
+    clean = Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    x = np.geomspace(0.05, 50.0, 40)
+    zeta = x * saturation_creepage(contact, clean)
+    data = TractionData(zeta, 0.3 * law.traction_ratio(x))
+    found = fit(CarterGriffith, data, layer=contact)
+    assert found.values["layer_compliance"] == pytest.approx(2e-13, rel=2e-4)
+    assert found.values["k_hat"] == pytest.approx(k_hat, abs=2e-4)
+    assert found.values["saturation_creepage"] == pytest.approx(zeta[0] / x[0], rel=1e-4)
+    assert found.law.layer_ratio == pytest.approx(ratio, rel=2e-4)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found.residuals, 0.0, atol=1e-5)
+    held = fit(CarterGriffith, data, layer=contact, layer_compliance=2e-13, k_hat=k_hat)
+    assert list(held.estimates) == ["kinetic"]
+    with pytest.raises(ValueError, match=f"must be the layer's, '{shape}'"):
+        fit(CarterGriffith, data, layer=contact, contact="other")
+    with pytest.raises(ValueError, match="not for Polach"):
+        fit(Polach, data, layer=contact)
 
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.25])
