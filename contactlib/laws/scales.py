@@ -23,7 +23,7 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact
 
 SLOPE_REDUCTION = Quantity("1", above=0.0, at_most=1e6)
-LAYER_COMPLIANCE = Quantity("m/Pa", at_least=0.0, at_most=1e-6, usual=(1e-16, 1e-9))
+LAYER_COMPLIANCE = Quantity("m/Pa", at_least=0.0, at_most=1e-6, usual=(0.0, 1e-9))
 
 
 def contact_parameters(

@@ -332,6 +332,7 @@ def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[st
     vehicle[pick(rng, ["softening_temperature", "slip_rate_decay"])] = 0
     if vehicle["softening_temperature"] > 0:
         vehicle["softening_temperature"] += 1.0
+    vehicle["layer_compliance"] *= 1e-6
     vehicle["wheels"] = pick(rng, [1, 2, 6])
     vehicle["minimum_speed"] = pick(rng, [0.1, 1e-7])
     vehicle["contact"] = pick(rng, ["line", "elliptic"])
