@@ -538,7 +538,7 @@ static void test_roots(void) {
 
 /* Headers of tables with a right checksum, and one thing wrong. */
 static void test_table_headers(void) {
-    enum { HEADER = 192 };
+    enum { HEADER = 216, LAYERS = 88, NUMBERS = 64 };
     static const struct {
         size_t at, size;
         double value;
@@ -548,7 +548,7 @@ static void test_table_headers(void) {
         {84, 4, 2.0, "shape"},          {24, 4, 4097.0, "cells"}, {28, 4, 4097.0, "cells"},
         {24, 4, 0.0, "cells"},          {80, 4, 3.0, "corner"},   {64, 8, -1.0, "static_to"},
         {64, 8, NAN, "static_to"},      {32, 8, 0.0, "k_max"},    {32, 8, INFINITY, "k_max"},
-        {HEADER, 8, NAN, "not finite"}, {HEADER, 8, 1.0, NULL},
+        {HEADER, 8, NAN, "not finite"}, {HEADER, 8, 1.0, NULL},   {LAYERS, 4, 1.0, "with a layer"},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         double words[HEADER / 8 + 4] = {0.0}; /* one axis, one cell, four coefficients */
@@ -561,14 +561,26 @@ static void test_table_headers(void) {
         memcpy(bytes + 72, &one, 4);
         if (wrong[i].size == 4) memcpy(bytes + wrong[i].at, &whole, 4);
         else memcpy(bytes + wrong[i].at, &wrong[i].value, 8);
-        checked_file_frame(bytes, sizeof words, "CREEPTAB", 2);
+        checked_file_frame(bytes, sizeof words, "CREEPTAB", 3);
         const char *error = creep_table_open(&table, bytes, sizeof words);
         CHECK((error == NULL) == (wrong[i].message == NULL));
         CHECK(error == NULL || strstr(error, wrong[i].message) != NULL);
-        checked_file_frame(bytes, sizeof words - 8, "CREEPTAB", 2); /* a coefficient is missing */
+        checked_file_frame(bytes, sizeof words - 8, "CREEPTAB", 3); /* a coefficient is missing */
         CHECK(creep_table_open(&table, bytes, sizeof words - 8) != NULL);
-        checked_file_frame(bytes, HEADER - 8, "CREEPTAB", 2);
+        checked_file_frame(bytes, HEADER - 8, "CREEPTAB", 3);
         CHECK(creep_table_open(&table, bytes, HEADER - 8) != NULL);
+    }
+    for (int i = 0; i < 3; i++) { /* one cell in each direction, and no other spline */
+        double words[(HEADER + 4 * NUMBERS) / 8] = {0.0};
+        char *bytes = (char *)words;
+        const uint32_t cells[3] = {1, 1, i == 1 ? 2000 : 1};
+        float number = i == 2 ? NAN : 1.0f;
+        creep_table table;
+        words[4] = 2.0;
+        memcpy(bytes + LAYERS, cells, sizeof cells);
+        memcpy(bytes + HEADER + 4 * (NUMBERS - 1), &number, 4);
+        checked_file_frame(bytes, sizeof words, "CREEPTAB", 3);
+        CHECK((creep_table_open(&table, bytes, sizeof words) == NULL) == (i == 0));
     }
 }
 

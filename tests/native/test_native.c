@@ -18,7 +18,7 @@
 #include "wheelset_run.h"
 #include "wheelset_step.h"
 
-enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot ellipse */
+enum { CONTACTS = 3 }; /* a line; an ellipse whose force follows; a hot one with a layer */
 static int points;     /* at which each law is evaluated */
 
 /* Every finite creepage and every k_hat: finite, odd, bounded by the law's own maximum. */
@@ -126,6 +126,7 @@ static void test_creep_forces(const creep_table *table) {
             parameters.slip_rate_residual = 0.4;
             parameters.softening_temperature = i % 350 == 0 ? random_exponent(2.0, 3.5) : 0.0;
             parameters.thermal_effusivity = 1.3e4;
+            parameters.layer_compliance = i % 400 == 0 ? random_exponent(-15.0, -9.0) : 0.0;
             creep_forces_prepare(&pair, table, coefficients, &parameters);
         }
         creep_forces_input in = {
@@ -616,6 +617,7 @@ int main(int count, char **arguments) {
     test_force(&table, parameters);
     parameters->relaxation_length = parameters->slip_rate_decay = 0.0;
     parameters->elliptic = 1.0;
+    parameters->layer_compliance = 1.3e-13;
     test_force(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);

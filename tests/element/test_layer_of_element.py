@@ -1,0 +1,114 @@
+"""A layer in the force element: table, load, vehicles, and exported contacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import contactlib as cl
+from contactlib.element import CreepForces
+from contactlib.export.description import Description
+
+L = 1.3e-13  # 20 um of 150 MPa
+STRIPS = cl.EllipticContact.from_semi_axes(
+    semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=90e3, contact_modulus=115e9, theory="strips"
+)
+FRICTION = cl.friction_with_k_hat(STRIPS, k_hat=0.1, static=0.45, kinetic=0.3)
+
+
+def wheel_with_layer(contact: cl.EllipticContact = STRIPS, **others: float) -> cl.ForceElement:
+    table = cl.carter_griffith_table("elliptic")
+    return cl.ForceElement(
+        contact, FRICTION, table=table, radius=0.5, **{"layer_compliance": L, **others}
+    )
+
+
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+def test_shipped_table_is_the_law_with_a_layer(contact: str) -> None:
+    table = cl.carter_griffith_table(contact)  # type: ignore[arg-type]
+    assert 0.0 < table.max_layer_error < 1e-6
+    rng = np.random.default_rng(3)
+    for _ in range(12):
+        k_hat, layer = 2.0 * rng.random() ** 2, 10.0 ** rng.uniform(-6.0, 3.0)
+        law = cl.CarterGriffith(k_hat=k_hat, contact=contact, layer_ratio=layer)  # type: ignore[arg-type]
+        x = (1.0 + layer) * 10.0 ** rng.uniform(-3.0, 2.0, 30)
+        ratio, slope = table.evaluate(x, k_hat, layer)
+        assert_allclose(ratio, law.traction_ratio(x), atol=2.0 * table.max_layer_error)
+        assert_allclose(slope, law.slope(x), atol=2e-4)
+    cut = table.without_layers()
+    with pytest.raises(ValueError, match="layer_ratio"):
+        cut.traction_ratio(0.5, 0.3, 0.1)
+    x = np.geomspace(1e-3, 1e3, 50)
+    assert_allclose(cut.traction_ratio(x, 0.3), table.traction_ratio(x, 0.3), rtol=0.0, atol=0.0)
+
+
+def test_layer_ratio_falls_as_the_contact_grows_with_load() -> None:
+    element, zeta = wheel_with_layer(), np.geomspace(1e-4, 0.1, 7)
+    for share in (0.1, 1.0, 4.0):
+        load = share * STRIPS.normal_load
+        a = STRIPS.semi_width * share ** (1.0 / 3.0)
+        found = element.at_creepage(zeta, speed=10.0, normal_load=load)
+        law = cl.CarterGriffith(
+            k_hat=float(found["k_hat"][0]),
+            contact="elliptic",
+            layer_ratio=L * STRIPS.tangential_modulus / (2.0 * a),
+        )
+        ratio = law.traction_ratio(zeta / found["saturation_creepage"])
+        assert_allclose(found["traction_coefficient"], 0.3 * ratio, atol=1e-6)
+
+
+def test_no_layer_is_the_limit_of_a_thin_one() -> None:
+    zeta = np.geomspace(1e-5, 0.1, 30)
+    contact = replace(STRIPS, theory="half_space")
+    clean = wheel_with_layer(contact, layer_compliance=0.0).at_creepage(zeta, speed=10.0)
+    thin = wheel_with_layer(contact, layer_compliance=1e-22).at_creepage(zeta, speed=10.0)
+    # The softening counts slip a little differently: smooth at its end, or not.
+    assert_allclose(thin["traction_coefficient"], clean["traction_coefficient"], atol=0.3 * 0.002)
+
+
+def test_layers_need_a_table_with_layers() -> None:
+    table = cl.carter_griffith_table("elliptic").without_layers()
+    with pytest.raises(ValueError, match=r"layer_compliance = 1\.3e-13 must be 0"):
+        cl.ForceElement(STRIPS, FRICTION, table=table, radius=0.5, layer_compliance=L)
+    with pytest.raises(ValueError, match=r"CreepForces\.layer_compliance = 1\.3e-13 must be 0"):
+        CreepForces(
+            FRICTION, shear_modulus=82e9, poisson_ratio=0.28, layer_compliance=L, table=table
+        )
+
+
+def test_pair_of_bodies_is_the_element() -> None:
+    contact = replace(STRIPS, theory="half_space")
+    element = wheel_with_layer(contact, slope_reduction=0.7)
+    found = CreepForces.of(element).evaluate(
+        semi_axis_x=contact.semi_axis_x,
+        semi_axis_y=contact.semi_axis_y,
+        normal_load=contact.normal_load,
+        creepage_x=-0.003,
+        creepage_y=0.001,
+        spin=0.2,
+    )
+    speed, radius = 10.0, element.radius
+    there = element.evaluate(
+        omega=speed * 1.003 / radius,
+        speed=speed,
+        lateral_velocity=0.001 * speed,
+        spin_velocity=0.2 * speed,
+    )
+    assert found["force_x"] == pytest.approx(there["creep_force"], rel=1e-7)
+    assert found["force_y"] == pytest.approx(there["lateral_force"], rel=1e-7)
+    assert found["spin_moment"] == pytest.approx(there["spin_moment"], rel=1e-6)
+
+
+def test_an_fmu_contains_layers_only_if_its_contact_has_one() -> None:
+    rig = cl.load_model("roller_rig.toml")
+    soft = replace(rig.wheelset.element, layer_compliance=L)
+    for element, layered in ((rig.wheelset.element, False), (soft, True)):
+        model = replace(rig, wheelset=replace(rig.wheelset, element=element))
+        description = Description(model, "force_element")
+        names = [v.name for v in description.variables]
+        assert ("layer_compliance" in names) == layered
+        table = description.resources["creep_table.bin"]
+        assert (len(table) > 1_000_000) == layered
