@@ -38,14 +38,14 @@ from contactlib.files.sections import (
 )
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact
-from contactlib.laws.scales import layer_reduction
+from contactlib.laws.scales import slope_reduction_of
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.vehicle.conditions import Resistance
 from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 
 Made = TypeVar("Made")
 EMPTY: dict[str, Any] = {}  # one object, so that a section no file has is read once
-REPLACED = tuple(declared(layer_reduction))  # keys of [wheelset], by a measured curve
+REPLACED = tuple(declared(slope_reduction_of))  # keys of [wheelset], by a measured curve
 
 
 class BuildCache:
@@ -239,9 +239,9 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
             if rubbing and contact:
                 friction = mistakes.of(cache.made, "friction", friction_of, rubbing, contact)
             if friction and body:
-                given = arguments(layer_reduction, body)
+                given = arguments(slope_reduction_of, body)
                 clean = contact, friction
-                reduction = mistakes.of(cache.made, "wheelset", layer_reduction, *clean, **given)
+                reduction = mistakes.of(cache.made, "wheelset", slope_reduction_of, *clean, **given)
         resistance = read("resistance", Resistance)
     return _Vehicle(contact, law, body, inertia, friction, reduction, resistance)
 
@@ -265,6 +265,7 @@ def build_wheelset(
     else:
         table = table or cache.made("law", law_table, law, contact, friction, progress)
         sizes |= {"table": table, "slope_reduction": reduction}
+        sizes |= {key: body[key] for key in ("layer_compliance",) if key in body}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
     if lacking := " and ".join(key for key in ("inertia", "wheels") if key not in body):
         known: dict[str, Any] = {"element": element, "radius": element.radius}

@@ -18,7 +18,7 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.laws.measured import MeasuredCurve
 from contactlib.laws.polach import Polach
-from contactlib.laws.scales import friction_with_k_hat, layer_reduction
+from contactlib.laws.scales import friction_with_k_hat, slope_reduction_of
 from contactlib.laws.traction_data import TractionData
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.law_tables import Shape, carter_griffith_table, cohesive_table
@@ -121,7 +121,7 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
             **without(ELEMENT, "load_exponent"),
             **declared(Wheelset),
             **declared(geared_inertia),
-            **declared(layer_reduction),
+            **declared(slope_reduction_of),
         },
         "inertia",
         "wheels",

@@ -133,7 +133,7 @@ def friction_with_k_hat(
 
 
 @checks_call
-def layer_reduction(
+def slope_reduction_of(
     contact: Contact,
     friction: Friction,
     *,
@@ -141,8 +141,9 @@ def layer_reduction(
         float | None, Quantity("1", above=0.0, percent=True, usual=(1e-4, 0.3))
     ] = None,
     slope_reduction: Annotated[float | None, Quantity("1", above=0.0, at_most=1.0)] = None,
+    layer_compliance: Annotated[float, LAYER_COMPLIANCE] = 0.0,
 ) -> float:
-    """Slope reduction [1] by a third-body layer, from either of two numbers; without them it is 1.
+    """Slope reduction [1] from either of two numbers; without them it is 1.
 
     Parameters
     ----------
@@ -152,16 +153,23 @@ def layer_reduction(
         Creepage zeta0 at the nominal load [1]. Default and minimum: that of clean surfaces.
     slope_reduction : float, optional
         The initial slope over that of clean surfaces; zeta0 is divided by it [1].
+    layer_compliance : float, optional
+        L of a thin elastic layer [m/Pa], which leaves zeta0 as it is. Default: no layer.
 
     Raises
     ------
     ValueError
-        If a value is out of range, or both are given.
+        If a value is out of range, or `saturation_creepage` is given with one of the others.
     """
     if saturation_creepage is None:
         return 1.0 if slope_reduction is None else slope_reduction
     if slope_reduction is not None:
         raise ValueError("saturation_creepage and slope_reduction: give at most one of them, not 2")
+    if layer_compliance > 0.0:
+        raise ValueError(
+            f"layer_compliance = {layer_compliance!r} must be 0 with a saturation_creepage: a "
+            "layer lowers the slope and leaves zeta0 that of clean surfaces"
+        )
     clean = _scale("saturation_creepage", contact, friction, 1.0)
     if saturation_creepage < clean * (1.0 - 1e-12):
         raise ValueError(

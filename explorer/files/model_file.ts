@@ -31,6 +31,10 @@ export function readModel(text: string): Vehicle {
   oneOf("friction", friction, "weakening_length", "k_hat");
   if (wheelset["saturation_creepage"] !== null) {
     oneOf("wheelset", wheelset, "saturation_creepage", "slope_reduction");
+    if (wheelset["layer_compliance"]! > 0) {
+      refuse(`wheelset.layer_compliance = ${wheelset["layer_compliance"]} must be 0 with a ` +
+        "saturation_creepage: a layer lowers the slope and leaves zeta0 that of clean surfaces");
+    }
   }
   const keys = sections.flatMap(Object.entries).filter(([key]) => !ALTERNATIVES.includes(key));
   const vehicle = {

@@ -19,7 +19,6 @@ typedef struct {
     double a, r;    /* (pi/2) lam, and r */
     double stretch; /* d(ln y)/d(ln t) - 1 */
     double by_t;    /* dx/d(ln t) */
-    double g;       /* lam^(1/4) */
 } layer_place;
 
 ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
@@ -36,7 +35,6 @@ ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
     at.y = k_hat * (t * at.r);
     at.stretch = 2.0 * (a * p) / square;
     at.by_t = 4.0 * at.m * at.s + 2.0 * at.l + at.y * (1.0 + at.stretch);
-    at.g = sqrt(sqrt(lam));
     return at;
 }
 

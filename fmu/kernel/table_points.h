@@ -248,9 +248,10 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
         if (!(layer[i] >= MIN_LAYER)) continue;
         double size = fabs(x[i]), held = smaller(larger(size, MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
         double part = size < MIN_CREEPAGE ? size * (1.0 / MIN_CREEPAGE) : 1.0;
-        layer_place at = solve_layer_place(held, k_hat[i], smaller(layer[i], MAX_LAYER));
+        double lam = smaller(layer[i], MAX_LAYER), g = sqrt(sqrt(lam));
+        layer_place at = solve_layer_place(held, k_hat[i], lam);
         double fraction, along[3][4], by[3][4], root_k = sqrt(k_hat[i]);
-        double u = at.t / (1.0 + at.t), w = at.g / (LAYER_MIDDLE + at.g);
+        double u = at.t / (1.0 + at.t), w = g / (LAYER_MIDDLE + g);
         const float *plane = table->layer_coefficients;
         plane += plane_length * locate(w * table->layer_w, table->layer_w, &fraction);
         basis(fraction, along[2], by[2]);

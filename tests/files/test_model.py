@@ -97,6 +97,7 @@ def load_changed(
         ),
         (SEMI_WIDTH, f'{SEMI_WIDTH}\ntheory = "strips"', r"theory = 'strips' is for an ellipse"),
         ("wheels = 2", "wheels = 2\nslope_reduction = 0.5", r"slope_reduction: give at most one"),
+        ("wheels = 2", "wheels = 2\nlayer_compliance = 1e-13", r"must be 0 with a saturation"),
         (SEMI_WIDTH, "", r"contact\.semi_width and radius, or .*one of these pairs, not radius"),
         (K_HAT, "", r"friction\.weakening_length and k_hat: give exactly one"),
         (K_HAT, "k_hat = 0.3\nweakening_length = 1e-6", "exactly one of them, not 2"),
