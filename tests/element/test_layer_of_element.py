@@ -28,7 +28,7 @@ def wheel_with_layer(contact: cl.EllipticContact = STRIPS, **others: float) -> c
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
 def test_shipped_table_is_the_law_with_a_layer(contact: str) -> None:
-    table = cl.carter_griffith_table(contact)  # type: ignore[arg-type]
+    table = cl.carter_griffith_table(contact)
     assert 0.0 < table.max_layer_error < 1e-6
     rng = np.random.default_rng(3)
     for _ in range(12):
