@@ -14,49 +14,54 @@ static const double MAX_LAYER_CREEPAGE = 1e60; /* where q is 1 to the last digit
 
 /* A state at the parameter t: x = m + l + y. */
 typedef struct {
-    double t, p, m, s, k_hat;
+    double t, m, s, k_hat;
     double l, y;    /* lam t^2 and k_hat t r */
     double a, r;    /* (pi/2) lam, and r */
     double stretch; /* d(ln y)/d(ln t) - 1 */
     double by_t;    /* dx/d(ln t) */
 } layer_place;
 
+/* With a k_hat of 0 that the compiler knows, what follows from it takes no time. */
 ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
-    layer_place at;
-    double p = (t * t) * (t * t), a = 1.5707963267948966 * lam, square = 1.0 + a * (1.0 + p);
-    at.t = t;
-    at.p = p;
+    layer_place at = {.t = t, .k_hat = k_hat, .r = 1.0};
+    double p = (t * t) * (t * t);
     at.s = 1.0 / (1.0 + p);
     at.m = p * at.s;
-    at.k_hat = k_hat;
-    at.a = a;
-    at.r = sqrt(square);
+    at.a = 1.5707963267948966 * lam;
     at.l = lam * (t * t);
+    at.by_t = 4.0 * at.m * at.s + 2.0 * at.l;
+    if (k_hat == 0.0) return at;
+    double square = 1.0 + at.a * (1.0 + p);
+    at.r = sqrt(square);
     at.y = k_hat * (t * at.r);
-    at.stretch = 2.0 * (a * p) / square;
-    at.by_t = 4.0 * at.m * at.s + 2.0 * at.l + at.y * (1.0 + at.stretch);
+    at.stretch = 2.0 * (at.a * p) / square;
+    at.by_t += at.y * (1.0 + at.stretch);
     return at;
 }
 
 /* Solve x = m + l + y for 1e-280 <= x <= 1e60 by Halley's method inside a bracket. It starts from
  * the law without a layer, whose k_hat is (l + y)/t at a bound of t. */
 ALWAYS_INLINE layer_place solve_layer_place(double x, double k_hat, double lam) {
-    double k = larger(k_hat, 1e-240), a = 1.5707963267948966 * lam;
-    double high = smaller(sqrt(x / lam), x / (k * sqrt(1.0 + a))), low = 0.0;
-    high = 1.001 * smaller(high, cube_root(x / (k * sqrt(a)))); /* more than its rounding */
+    double high = sqrt(x / lam), low = 0.0, a = 1.5707963267948966 * lam;
+    if (k_hat > 0.0) {
+        high = smaller(high, x / (k_hat * sqrt(1.0 + a)));
+        high = smaller(high, cube_root(x / (k_hat * sqrt(a))));
+    }
+    high *= 1.001; /* more than its rounding */
     layer_place at = layer_place_at(high, k_hat, lam);
     double t = smaller(high, coordinate_start(x, (at.l + at.y) / high));
     for (int i = 0; i < 100; i++) {
         at = layer_place_at(t, k_hat, lam);
         double near = (at.m - x) + (at.l + at.y), far = ((at.l + at.y) - (x - 1.0)) - at.s;
-        double off = t < 1.0 ? near : far, newton = off / at.by_t, more = 1.0 + at.stretch;
+        double off = t < 1.0 ? near : far, inverse = 1.0 / at.by_t, more = 1.0 + at.stretch;
         double bend = 16.0 * at.m * at.s * (at.s - at.m) + 4.0 * at.l; /* d2x/d(ln t)2 */
         bend += at.y * (more * more + at.stretch * (4.0 - 2.0 * at.stretch));
-        double step = newton / (1.0 - 0.5 * newton * (bend / at.by_t - 1.0)), next = t - t * step;
+        double newton = off * inverse;
+        double next = t - t * (newton / (1.0 - 0.5 * newton * (bend * inverse - 1.0)));
         if (off > 0.0) high = t;
         else low = t;
         if (!(next >= low && next <= high)) next = low > 0.0 ? sqrt(low * high) : 0.25 * high;
-        int done = fabs(next - t) <= 1e-6 * t; /* the next error is the cube of this step */
+        int done = fabs(next - t) <= 1e-5 * t; /* the next error is the cube of this step */
         t = next;
         if (done) break;
     }
