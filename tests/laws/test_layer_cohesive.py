@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from half_space import rolling_forces
 from scipy.optimize import brentq
 
-from contactlib import CarterGriffith, CohesiveZone
+from contactlib import CarterGriffith, CohesiveZone, kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.laws import EXPONENTIAL
 from contactlib.laws.cohesive_layer import Zones, snap, solve_zones
@@ -191,3 +192,26 @@ def test_an_ellipse_is_its_strips() -> None:
         whole = getattr(law, name)(positions, x, eta)
         alone = 0.8 * getattr(strip, name)(positions / 0.8, x / 0.8)
         np.testing.assert_allclose(whole, alone, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_an_ellipse_agrees_with_half_spaces() -> None:
+    """With friction that weakens, where springs do not snap: on a grid they let go by strength."""
+    nu, k_hat, lam, x = 0.28, 0.3, 0.3, 1.14
+    scales = kernel.half_space_scales(1.0, nu)
+    (expected, *_) = rolling_forces(
+        [-3.0 * (1.0 - nu) / np.pi * x, 0.0, 0.0],
+        a_over_b=1.0,
+        poisson_ratio=nu,
+        layer_ratio=lam,
+        static_ratio=RATIO,
+        weakening_length=1.5 * (1.0 - nu) * k_hat**2 / (RATIO - 1.0),
+        grids=((31, 6), (47, 6)),
+    )
+    size, stiff = scales.stiffness_x * x, scales.stiffness_x * lam
+    end = 1.0 / (1.0 - scales.softening_x)
+    v = brentq(lambda v: end * v**2 / (1.0 + v**2) + stiff * v - size, 0.0, 1.0 + size / stiff)
+    slips, share = end * v**2 / (1.0 + v**2), 0.5 * stiff / (stiff + 0.14)  # fmu/kernel/softening.h
+    left = 1.0 - scales.softening_x * (share + (1.0 - share) * slips)
+    law = with_layer(k_hat * np.sqrt(scales.stiffness_x * left), stiff * left, "elliptic")
+    assert law.traction_ratio(size * left) == pytest.approx(expected, abs=0.005)
