@@ -34,6 +34,7 @@ def law_forces(
     *,
     static_ratio: float = 11.0 / 7.0,
     law: kernel.NativeTable = LIMIT_LAW,
+    layer_ratio: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Forces and derivatives, with the coefficients cubic in ln(a/b) over four knots."""
     place = math.log(a_over_b / ASPECTS[0]) / math.log(ASPECTS[1] / ASPECTS[0])
@@ -42,7 +43,14 @@ def law_forces(
     weights = [np.prod([(place - m) / (k - m) for m in knots if m != k]) for k in knots]
     mixed = np.tensordot(weights, lateral_spin_coefficients(nu)[knots], 1)
     return kernel.lateral_spin_forces(
-        law, a_over_b, nu, creepages, k_hat, mixed, static_ratio=static_ratio
+        law,
+        a_over_b,
+        nu,
+        creepages,
+        k_hat,
+        mixed,
+        static_ratio=static_ratio,
+        layer_ratio=layer_ratio,
     )
 
 
@@ -227,3 +235,23 @@ def test_agreement_with_the_reference_for_many_frictions(ratio: float) -> None:
             assert np.all(np.abs(error).max(axis=0) < far * np.array((0.04, 0.12, 0.07)))
             rms = np.sqrt(np.mean(error**2, axis=0))
             assert np.all(rms < far * np.array((0.006, 0.017, 0.01)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("layer", "largest", "rms"), [(0.1, 0.03, 0.013), (1.0, 0.06, 0.025)])
+def test_agreement_with_the_reference_with_a_layer(
+    layer: float, largest: float, rms: float
+) -> None:
+    """Spin acts as with creepages that are smaller by the stiffness lost: an approximation."""
+    stiff = layer * kernel.half_space_scales(1.0, 0.28).stiffness_x
+    creepages = (1.0 + 1.9 * stiff) * random_creepages(20, 0.1, 3.0)
+    true = rolling_forces(
+        -creepages / lateral_spin_scales(1.0, 0.28),
+        a_over_b=1.0,
+        poisson_ratio=0.28,
+        layer_ratio=layer,
+        grids=((15, 8), (23, 8)),
+    )
+    error = np.abs(law_forces(1.0, 0.28, creepages, layer_ratio=stiff)[0] - true)
+    assert error.max() < largest
+    assert np.sqrt(np.mean(error**2)) < rms
