@@ -112,3 +112,19 @@ def test_an_fmu_contains_layers_only_if_its_contact_has_one() -> None:
         assert ("layer_compliance" in names) == layered
         table = description.resources["creep_table.bin"]
         assert (len(table) > 1_000_000) == layered
+
+
+@pytest.mark.parametrize("layer", [0.03, 0.3, 1.0])
+def test_the_fold_of_a_held_wheelset_is_the_peak_of_the_law(layer: float) -> None:
+    rig = cl.load_model("roller_rig.toml").wheelset
+    element = rig.element
+    compliance = 2.0 * layer * element.contact.semi_width / element.contact.tangential_modulus
+    soft = replace(element, slope_reduction=1.0, layer_compliance=compliance)
+    assert soft.layer_ratio == pytest.approx(layer)
+    fold = cl.find_fold(replace(rig, element=soft, damping=0.0), speed=10.0)
+    law = cl.CarterGriffith(k_hat=soft.k_hat, layer_ratio=layer)
+    assert fold.creepage == pytest.approx(
+        law.peak.normalized_creepage * soft.saturation_creepage, rel=1e-3
+    )
+    force = 0.21 * law.peak.traction_ratio * soft.normal_load
+    assert fold.drive_torque == pytest.approx(force * soft.radius, rel=2e-6)
