@@ -37,6 +37,7 @@ function viridis(value: number): number {
 export class PatchView extends View {
   private readonly picture = document.createElement("canvas");
   private boundary = 1; // between slip and stick, over the semi-width
+  private layered = false;
 
   constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
     super(place, {
@@ -51,6 +52,7 @@ export class PatchView extends View {
   }
 
   describe(_moment: Moment): string {
+    if (this.layered) return "The traction along the contact is not drawn with a layer.";
     const part = 50 * (1 - this.boundary);
     return part < 0.1 ? "The whole contact slips."
       : `Shear traction along the contact: ${digits(part, 2)} % of its length stick, at the leading edge.`;
@@ -58,6 +60,14 @@ export class PatchView extends View {
 
   draw({ run, shown }: Moment): void {
     const { plant } = shown;
+    this.layered = plant.vehicle.layer_compliance > 0; // the picture is of clean bodies
+    if (this.layered) {
+      this.chart.show([[-1, 1], [null, null], [null, null]], [-1.08, 1.08], [0, MAX_TRACTION]);
+      this.chart.draw((pen) =>
+        pen.words("not drawn with a layer", 0.5 * pen.width, 10, "soft", "center", true));
+      emptied(this.above, this.above.clientWidth, this.above.clientHeight);
+      return;
+    }
     const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
     const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
     const strips = stripsOf(plant.vehicle.contact, x, k, STRIPS, POINTS);
