@@ -37,6 +37,7 @@ from contactlib.laws.strips import split_at
 # Below these the Carter-Griffith law differs by less than 1e-12 and 2e-9.
 MIN_K_HAT = {"line": 1e-6, "elliptic": ellipse.MIN_K_HAT}
 MIN_X, MAX_X = 1e-9, 1e12
+MIN_LAYER_RATIO = 1e-7  # below it the law differs by under 1e-6 from that without a layer
 MIN_K_HAT_OF_LAYER = 1e-3  # below it, with a layer, the Carter-Griffith law differs by under 1e-6
 
 
@@ -166,8 +167,12 @@ class CohesiveZone(ContactLaw):
     layer_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=100.0)] = 0.0
 
     @property
+    def _layered(self) -> bool:
+        return self.layer_ratio >= MIN_LAYER_RATIO
+
+    @property
     def _min_k_hat(self) -> float:
-        return MIN_K_HAT_OF_LAYER if self.layer_ratio > 0.0 else MIN_K_HAT[self.contact]
+        return MIN_K_HAT_OF_LAYER if self._layered else MIN_K_HAT[self.contact]
 
     @cached_property
     def _limit(self) -> CarterGriffith | None:
@@ -189,7 +194,7 @@ class CohesiveZone(ContactLaw):
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self._limit is not None:
             return self._limit.evaluate(x)
-        if self.layer_ratio > 0.0:
+        if self._layered:
             solve = layer.line_with_layer if self.contact == "line" else layer.ellipse_with_layer
             return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve.at)
         line = self.contact == "line"
@@ -209,7 +214,7 @@ class CohesiveZone(ContactLaw):
     @property
     def sliding_creepage(self) -> float:
         """Creepage x at which full slip begins; with a layer some stick always remains."""
-        if self._limit is not None or self.layer_ratio > 0.0:
+        if self._limit is not None or self._layered:
             return np.inf
         if self.contact == "elliptic":
             return sliding_creepage(self.k_hat, self.static_to_kinetic, self.weakening)
@@ -223,7 +228,7 @@ class CohesiveZone(ContactLaw):
     @property
     def carter_at_zero(self) -> bool:
         """Whether q equals that of the Carter-Griffith line contact at ``k_hat=0``."""
-        return self.contact == "line" and self.layer_ratio == 0.0
+        return self.contact == "line" and not self._layered
 
     @property
     def corner(self) -> Corner | None:
@@ -231,7 +236,7 @@ class CohesiveZone(ContactLaw):
 
         In an ellipse it is that of the middle strip, softened by half a power by its neighbours.
         """
-        if self._limit is not None or self.layer_ratio > 0.0:
+        if self._limit is not None or self._layered:
             return None
         return Corner(self.sliding_creepage, 2.0 if self.contact == "line" else 2.5)
 
@@ -241,7 +246,7 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.peak
         low, high = 0.1, 2.0 + 4.0 * self.static_to_kinetic
-        while self.layer_ratio > 0.0 and self.slope(high) > 0.0:
+        while self._layered and self.slope(high) > 0.0:
             low, high = high, 2.0 * high
         x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-15, rtol=1e-15))
         return Peak(x, float(self.traction_ratio(x)))
@@ -253,7 +258,7 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.stick_boundary(normalized_creepage, lateral_position)
         x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        if self.layer_ratio > 0.0:
+        if self._layered:
             stick = np.array([self._layer_stick(*p) for p in zip(x.flat, w.flat, strict=True)])
         elif self.contact == "line":
             at = np.clip(np.abs(x).ravel(), MIN_X, MAX_X)
@@ -333,7 +338,7 @@ class CohesiveZone(ContactLaw):
         strips = set(zip(x.flat, w.flat, strict=True))
         for strip in (pair for pair in strips if abs(pair[0]) > MIN_X and pair[1] > 0.0):
             here = (x == strip[0]) & (w == strip[1])
-            if self.layer_ratio > 0.0:
+            if self._layered:
                 found[:, here] = along_zones(
                     xi[here] / strip[1],
                     self._log_t(*strip),
