@@ -71,8 +71,8 @@ ALWAYS_INLINE layer_place solve_layer_place(double x, double k_hat, double lam) 
 /* q without H. */
 ALWAYS_INLINE double layer_base(const layer_place *at) {
     const double lift = 0.22676045526483735; /* 3/2 - 4/pi */
-    double share = at->a / (1.0 + at->a), s = at->s;
-    double clean = at->m * (1.0 + s), springs = sqrt(at->m) * (1.0 + s * (0.5 - lift * s));
+    double share = at->a / (1.0 + at->a), s = at->s, root_m = at->t * at->t * sqrt(s);
+    double clean = at->m * (1.0 + s), springs = root_m * (1.0 + s * (0.5 - lift * s));
     return (1.0 - share) * clean + share * springs + 2.0 * at->k_hat * at->t * s / at->r;
 }
 
@@ -89,7 +89,9 @@ typedef struct {
 /* q and its derivatives from H and its derivatives by ln t, ln(k_hat) and ln(lam). */
 ALWAYS_INLINE layer_value layer_law(const layer_place *at, double x, const double h[4]) {
     const double lift = 0.22676045526483735;
-    double m = at->m, s = at->s, per = 1.0 / (1.0 + at->a), share = at->a * per, root_m = sqrt(m);
+    double m = at->m, s = at->s, per = 1.0 / (1.0 + at->a), share = at->a * per;
+    double root_m =
+        at->t * at->t * sqrt(s); /* of a t whose fourth power is below any number, too */
     double weakening = 2.0 * at->k_hat * at->t * s / at->r;
     double springs = 1.0 + s * (0.5 - lift * s), clean = m * (1.0 + s);
     double weighed = x * layer_weight(at), u = at->t / (1.0 + at->t);

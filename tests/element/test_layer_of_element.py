@@ -38,6 +38,9 @@ def test_shipped_table_is_the_law_with_a_layer(contact: str) -> None:
         ratio, slope = table.evaluate(x, k_hat, layer)
         assert_allclose(ratio, law.traction_ratio(x), atol=2.0 * table.max_layer_error)
         assert_allclose(slope, law.slope(x), atol=2e-4)
+    for k_hat in (0.0, 1e-100, 0.3):
+        law = cl.CarterGriffith(k_hat=k_hat, contact=contact, layer_ratio=0.1)  # type: ignore[arg-type]
+        assert_allclose(table.slope([0.0, 1e-200, 1e-12], k_hat, 0.1), law.slope(0.0), rtol=1e-5)
     cut = table.without_layers()
     with pytest.raises(ValueError, match="layer_ratio"):
         cut.traction_ratio(0.5, 0.3, 0.1)
