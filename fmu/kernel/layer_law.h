@@ -23,7 +23,11 @@ typedef struct {
 
 /* With a k_hat of 0 that the compiler knows, what follows from it takes no time. */
 ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
-    layer_place at = {.t = t, .k_hat = k_hat, .r = 1.0};
+    layer_place at;
+    at.t = t;
+    at.k_hat = k_hat;
+    at.r = 1.0;
+    at.y = at.stretch = 0.0;
     double p = (t * t) * (t * t);
     at.s = 1.0 / (1.0 + p);
     at.m = p * at.s;
