@@ -22,9 +22,9 @@ from declarations import declarations
 from structs import struct_fields, write_types
 from wasm import FUNCTIONS, compile_kernel
 
+from contactlib import kernel
 from contactlib.base.writing import package_folder, write_whole
 from contactlib.export.explorer import PAGE
-from contactlib.table.law_tables import shipped_path
 
 SOURCE = Path(__file__).resolve().parent
 MODELS = ("roller_rig", "locomotive")
@@ -85,8 +85,8 @@ def data_elements() -> str:
         json_element("structs", struct_fields()),
         json_element("models", model_texts()),
         binary_element("kernel", compile_kernel()),
-        binary_element("table-line", shipped_path("line").read_bytes()),
-        binary_element("table-elliptic", shipped_path("elliptic").read_bytes()),
+        binary_element("table-line", kernel.shipped_path("line").read_bytes()),
+        binary_element("table-elliptic", kernel.shipped_path("elliptic").read_bytes()),
         json_element("given-model", None),
     ]
     return "\n".join(elements)

@@ -72,10 +72,13 @@ def write_table(
     if given:
         name = next(iter(given)).replace("_", "-")
         raise ValueError(f"--{name} is for a file that ends in .csv, .mat, .npz or .nc")
-    made = load().wheelset.element.table
+    element = load().wheelset.element
+    made = element.table
     if rebuild and made.law.startswith("CarterGriffith"):
         with ConsoleReporter().step("Building the table of the law") as progress:
-            made = build_carter_griffith_table(made.options["contact"], progress)
+            made = build_carter_griffith_table(
+                made.options["contact"], progress, layers=element.layer_compliance > 0.0
+            )
     print_line(
         f"{made.save(output)}: {made.law}, largest error found {made.max_error:.2g} in the "
         f"traction ratio and {made.max_slope_error:.2g} in its slope, at "

@@ -23,7 +23,7 @@ from contactlib.base.quantities import (
     Quantity,
     records,
 )
-from contactlib.element.force_element import AspectWarning, ForceElement
+from contactlib.element.force_element import AspectWarning, ForceElement, check_layer
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import EllipticContact
 from contactlib.laws.kalker import POISSON_RATIO
@@ -93,11 +93,7 @@ class CreepForces(Parameters):
             raise ValueError(
                 f"CreepForces.table = {self.table.law!r} must be the table of an ellipse"
             )
-        if self.layer_compliance > 0.0 and not self.table.layered:
-            raise ValueError(
-                f"CreepForces.layer_compliance = {self.layer_compliance!r} must be 0: the table "
-                f"of {self.table.law!r} has no layers"
-            )
+        check_layer("CreepForces.layer_compliance", self.layer_compliance, self.table)
 
     @classmethod
     def of(cls, element: ForceElement) -> CreepForces:

@@ -68,6 +68,14 @@ def creepage_limits(element: ForceElement, speed: float, name: str = "speed") ->
     return Limits(at_least=-1.0 - largest, at_most=largest - 1.0, given=(name, speed))
 
 
+def check_layer(name: str, compliance: float, table: CreepForceTable) -> None:
+    """Refuse the compliance `name` of a layer that the table's law does not have."""
+    if compliance > 0.0 and not table.layered:
+        raise ValueError(
+            f"{name} = {compliance!r} must be 0: the table of {table.law!r} has no layers"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class ForceElement(Parameters):
     """Creep force of a wheel.
@@ -85,9 +93,9 @@ class ForceElement(Parameters):
         Rolling radius of the wheel [m].
     layer_compliance : float, optional
         L of a thin elastic layer between wheel and rail, its thickness over its shear modulus
-        [m/Pa]: 1.3e-13 for 20 um of 150 MPa. It lowers the initial slope and rounds the peak, the
-        more, the smaller the contact is: lam = L E*/(2 a). It needs a table with layers, such as
-        that of `carter_griffith_table`. Default: no layer.
+        [m/Pa]: 1.3e-13 for 20 um of 150 MPa. It lowers the initial slope and rounds the peak, of a
+        small contact more than of a large one: lam = L E*/(2 a). It needs a table with layers, such
+        as that of `carter_griffith_table`. Default: no layer.
     slope_reduction : float, optional
         The initial slope over that of the bodies with their layer; zeta0 is divided by it [1]. It
         fits a slope without its cause: it stretches the creepage axis alike at any load and leaves
@@ -227,11 +235,7 @@ class ForceElement(Parameters):
                 f"k_hat = {self.k_hat!r} of this contact and friction is out of range: "
                 f"must be <= {table.k_max!r} for this table"
             )
-        if self.layer_compliance > 0.0 and not table.layered:
-            raise ValueError(
-                f"ForceElement.layer_compliance = {self.layer_compliance!r} must be 0: the table "
-                f"of {table.law!r} has no layers"
-            )
+        check_layer("ForceElement.layer_compliance", self.layer_compliance, table)
         shape = "elliptic" if isinstance(self.contact, EllipticContact) else "line"
         if table.options.get("contact", shape) != shape:
             raise ValueError(

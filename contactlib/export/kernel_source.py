@@ -6,7 +6,6 @@ The module joins the C sources in ``fmu/`` in the order of their inclusion, with
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterator
@@ -182,9 +181,9 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
 def _data(description: Description) -> str:
     """The table, and its data for lateral and spin force, as constants."""
     element, struct = description.element, description.native_contact.struct
-    layers = 4 * math.prod(n + 3 for n in element.table.layer_cells) if element.table.layered else 0
-    end = len(element.table.data) - layers
-    numbers = {"TABLE_DATA": element.table.data[HEADER_SIZE:end], "LATERAL_SPIN_DATA": b""}
+    layers = element.table.layer_bytes
+    table = element.table.data[HEADER_SIZE:].removesuffix(layers)
+    numbers = {"TABLE_DATA": table, "LATERAL_SPIN_DATA": b""}
     if description.spins:
         count = 8 * kernel.library().LATERAL_SPIN_COEFFICIENTS
         numbers["LATERAL_SPIN_DATA"] = element.lateral_spin_data[-count:]
@@ -193,7 +192,7 @@ def _data(description: Description) -> str:
     names["LAYER_DATA"] = "NULL"
     if layers:
         names["LAYER_DATA"] = "LAYER_DATA"
-        arrays += _array("LAYER_DATA", element.table.data[end:], np.float32)
+        arrays += _array("LAYER_DATA", layers, np.float32)
     contact = _initializer(struct.lateral_spin[0], {"coefficients": names["LATERAL_SPIN_DATA"]})
     known = {
         "coefficients": names["TABLE_DATA"],

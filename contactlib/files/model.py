@@ -256,16 +256,15 @@ def build_wheelset(
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
     contact, law, body, inertia, friction, reduction, resistance = _read_vehicle(data, cache)
-    sizes = arguments(ForceElement, body, *REPLACED)
     if friction is None:
-        sizes |= arguments(ForceElement, law)
+        sizes = arguments(ForceElement, body, *REPLACED) | arguments(ForceElement, law)
         table = table or cache.made("law", measured_table, law, folder)
         _warn_of_unused(data)
         element = cache.made("law", ForceElement.from_curve, table, contact, **sizes)
     else:
         table = table or cache.made("law", law_table, law, contact, friction, progress)
-        sizes |= {"table": table, "slope_reduction": reduction}
-        sizes |= {key: body[key] for key in ("layer_compliance",) if key in body}
+        own = {"table": table, "slope_reduction": reduction}
+        sizes = {**arguments(ForceElement, body), **own}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
     if lacking := " and ".join(key for key in ("inertia", "wheels") if key not in body):
         known: dict[str, Any] = {"element": element, "radius": element.radius}

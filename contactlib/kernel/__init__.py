@@ -42,5 +42,6 @@ from contactlib.kernel.tables import TABLE_VERSION as TABLE_VERSION
 from contactlib.kernel.tables import NativeContact as NativeContact
 from contactlib.kernel.tables import NativeTable as NativeTable
 from contactlib.kernel.tables import framed as framed
+from contactlib.kernel.tables import shipped_path as shipped_path
 from contactlib.kernel.tables import table_nodes as table_nodes
 from contactlib.kernel.tables import table_place as table_place

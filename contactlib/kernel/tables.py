@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import struct
 import zlib
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import PACKAGE
 from contactlib.kernel.library import ffi, library, pointer
 
 TABLE_MAGIC, TABLE_VERSION = b"CREEPTAB", 3  # as in fmu/kernel/creep_table.c
 
 
 NO_LAYER = np.zeros(1)
+
+
+def shipped_path(contact: str) -> Path:
+    """File of the shipped table of the Carter-Griffith law."""
+    return PACKAGE / "table" / "data" / f"carter_griffith_{contact}.bin"
 
 
 def framed(magic: bytes, version: int, contents: bytes) -> bytes:

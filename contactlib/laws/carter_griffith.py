@@ -69,8 +69,6 @@ class CarterGriffith(ContactLaw):
 
     layer_ratio: Annotated[float, LAYER_RATIO] = 0.0
 
-    layered = True  # a table of the law has an axis of layer ratios
-
     @property
     def _k_hat(self) -> float:
         """`k_hat`, or zero where the law does not differ in any digit."""
@@ -235,16 +233,10 @@ class CarterGriffith(ContactLaw):
         if self.layer_ratio > 0.0:
             # Far out, q - 1 is positive: it falls like x**-2.5, and what Coulomb friction lacks
             # falls like x**-3. So the slope is negative there.
-            low, high = 0.25, 2.0
-            while self.slope(high) > 0.0:
-                low, high = high, 2.0 * high
-            x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-300, rtol=1e-12))
-            return Peak(x, float(self.traction_ratio(x)))
+            return self._peak_beyond(0.25, 2.0)
         if self.contact == "elliptic":
             # Wide strips still rise where narrow ones fall: the peak is left of the line's.
-            top = CarterGriffith(k_hat=k).peak.normalized_creepage
-            x = float(brentq(lambda v: float(self.slope(v)), 0.25, top, xtol=1e-300, rtol=1e-15))
-            return Peak(x, float(self.traction_ratio(x)))
+            return self._peak_beyond(0.25, CarterGriffith(k_hat=k).peak.normalized_creepage)
 
         def condition(v: float) -> float:  # in v = 1/t, where the root is in (0, 3**(1/4))
             return k * (1.0 + v**4) * (3.0 - v**4) - 4.0 * v**5

@@ -153,7 +153,7 @@ class CohesiveZone(ContactLaw):
         If a parameter is out of range.
     ConvergenceError
         On use, if a state has no solution that the iteration finds, creepage does not grow along
-        the curve, or a layer would snap inside the slip zone, as no exponential makes it do.
+        the curve, or a layer would snap inside the slip zone, which the exponential never causes.
 
     Examples
     --------
@@ -245,11 +245,7 @@ class CohesiveZone(ContactLaw):
         """Maximum of the law."""
         if self._limit is not None:
             return self._limit.peak
-        low, high = 0.1, 2.0 + 4.0 * self.static_to_kinetic
-        while self._layered and self.slope(high) > 0.0:
-            low, high = high, 2.0 * high
-        x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-15, rtol=1e-15))
-        return Peak(x, float(self.traction_ratio(x)))
+        return self._peak_beyond(0.1, 2.0 + 4.0 * self.static_to_kinetic)
 
     def stick_boundary(
         self, normalized_creepage: ArrayLike, lateral_position: ArrayLike = 0.0

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from contactlib.base.quantities import (
     FINITE,
@@ -70,6 +71,13 @@ class ContactLaw(Parameters, ABC):
         x = checked("normalized_creepage", normalized_creepage, FINITE)
         ratio, slope = self._evaluate(np.abs(x))
         return np.copysign(ratio, x), slope
+
+    def _peak_beyond(self, low: float, high: float) -> Peak:
+        """Zero of the slope beyond a creepage where q rises; `high` grows until q falls there."""
+        while self.slope(high) > 0.0:
+            low, high = high, 2.0 * high
+        x = float(brentq(lambda v: float(self.slope(v)), low, high, xtol=1e-300, rtol=1e-15))
+        return Peak(x, float(self.traction_ratio(x)))
 
 
 def strips_at(

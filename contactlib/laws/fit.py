@@ -23,7 +23,6 @@ from scipy.special import fdtri, stdtrit
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, derived
-from contactlib.base.writing import PACKAGE
 from contactlib.laws.carter_griffith import CarterGriffith
 from contactlib.laws.contact_law import K_HAT, LAYER_RATIO
 from contactlib.laws.friction import FALL_TEMPERATURE, Friction
@@ -417,8 +416,7 @@ def _traction_coefficient(
 @cache
 def _shipped(contact: str) -> kernel.NativeTable:
     """The table of the law with a layer: the kernel reads it without the room that builds it."""
-    path = PACKAGE / "table" / "data" / f"carter_griffith_{contact}.bin"
-    return kernel.NativeTable(path.read_bytes())
+    return kernel.NativeTable(kernel.shipped_path(contact).read_bytes())
 
 
 def _finite_ratio(a: FloatArray, b: FloatArray | float) -> FloatArray:

@@ -7,6 +7,7 @@ mechanics: it accepts any factory ``law_type(k_hat=..., **options)`` whose objec
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable
@@ -159,11 +160,17 @@ class CreepForceTable:
         """Certificate: maximum error of the traction ratio with a layer found [1]."""
         return float(self.native.struct.max_layer_error)
 
+    @property
+    def layer_bytes(self) -> bytes:
+        """Coefficients of the layers, which end the file; nothing in a table without layers."""
+        count = math.prod(n + 3 for n in self.layer_cells) if self.layered else 0
+        return self.data[len(self.data) - 4 * count :]
+
     def without_layers(self) -> CreepForceTable:
         """The same table without its axis of layers."""
         if not self.layered:
             return self
-        return CreepForceTable(cut_layers(self.data), self.note, self.points)
+        return CreepForceTable(cut_layers(self.data, self.layer_bytes), self.note, self.points)
 
     @property
     def certificate_points(self) -> int:

@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, lru_cache, partial
-from pathlib import Path
 from typing import Literal
 
 from contactlib import kernel
@@ -26,15 +25,10 @@ def _silent(part: float) -> None:
     """Report no progress."""
 
 
-def shipped_path(contact: Shape) -> Path:
-    """File of a shipped table."""
-    return PACKAGE / "table" / "data" / f"carter_griffith_{contact}.bin"
-
-
 @lru_cache
 def carter_griffith_table(contact: Shape) -> CreepForceTable:
     """The shipped table of the Carter-Griffith law."""
-    return CreepForceTable.load(shipped_path(contact))
+    return CreepForceTable.load(kernel.shipped_path(contact))
 
 
 def build_carter_griffith_table(

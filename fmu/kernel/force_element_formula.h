@@ -109,7 +109,8 @@ ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_ha
 /* The same with a layer, which scales like x. */
 ALWAYS_INLINE softened_place softened_with_layer(double softening, double x, double k_hat,
                                                  double layer_ratio) {
-    stiffness_left rest = stiffness_with_layer(softening, fabs(x), layer_ratio);
+    stiffness_left rest = {1.0, 0.0, 0.0, 0.0};
+    if (softening != 0.0) rest = stiffness_with_layer(softening, fabs(x), layer_ratio);
     double left = rest.value, by_size = rest.by_size;
     softened_place place = {x * left,
                             k_hat * sqrt(left),
@@ -344,9 +345,9 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->falling_branch = slope < 0.0 ? 1.0 : 0.0;
     out->contact_temperature = at->temperature;
     out->force_by_load =
-        at->kinetic *
-        (q.traction_ratio - p->load_exponent * (x * q.slope + q.log_layer_derivative) +
-         log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
+        at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope -
+                       p->load_exponent * q.log_layer_derivative +
+                       log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
     double straight = by_creepage * out->creepage_by_omega;
     double speed_through_g = sliding * (by_log_g * at->log_g_by_speed);
     double by_speed = per_creepage * q.slope * out->creepage_by_speed + speed_through_g;

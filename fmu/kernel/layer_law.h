@@ -7,10 +7,11 @@
 #include "line_law.h"
 #include "simd_math.h"
 
-static const double LAYER_MIDDLE = 0.6;        /* g where w is one half */
-static const double MIN_LAYER = 1e-12;         /* a smaller lam counts as no layer */
-static const double MAX_LAYER = 1e30;          /* a larger one as this */
-static const double MAX_LAYER_CREEPAGE = 1e60; /* where q is 1 to the last digit */
+static const double LAYER_MIDDLE = 0.6;               /* g where w is one half */
+static const double MIN_LAYER = 1e-12;                /* a smaller lam counts as no layer */
+static const double MAX_LAYER = 1e30;                 /* a larger one as this */
+static const double MAX_LAYER_CREEPAGE = 1e60;        /* where q is 1 to the last digit */
+static const double LAYER_LIFT = 0.22676045526483735; /* 3/2 - 4/pi: slope of springs at zero */
 
 /* A state at the parameter t: x = m + l + y. */
 typedef struct {
@@ -72,11 +73,10 @@ ALWAYS_INLINE layer_place solve_layer_place(double x, double k_hat, double lam) 
     return layer_place_at(t, k_hat, lam);
 }
 
-/* q without H. */
+/* q without H. sqrt(m) is t^2 sqrt(s) where t^4 is below any number, too. */
 ALWAYS_INLINE double layer_base(const layer_place *at) {
-    const double lift = 0.22676045526483735; /* 3/2 - 4/pi */
     double share = at->a / (1.0 + at->a), s = at->s, root_m = at->t * at->t * sqrt(s);
-    double clean = at->m * (1.0 + s), springs = root_m * (1.0 + s * (0.5 - lift * s));
+    double clean = at->m * (1.0 + s), springs = root_m * (1.0 + s * (0.5 - LAYER_LIFT * s));
     return (1.0 - share) * clean + share * springs + 2.0 * at->k_hat * at->t * s / at->r;
 }
 
@@ -92,16 +92,14 @@ typedef struct {
 
 /* q and its derivatives from H and its derivatives by ln t, ln(k_hat) and ln(lam). */
 ALWAYS_INLINE layer_value layer_law(const layer_place *at, double x, const double h[4]) {
-    const double lift = 0.22676045526483735;
     double m = at->m, s = at->s, per = 1.0 / (1.0 + at->a), share = at->a * per;
-    double root_m =
-        at->t * at->t * sqrt(s); /* of a t whose fourth power is below any number, too */
+    double root_m = at->t * at->t * sqrt(s);
     double weakening = 2.0 * at->k_hat * at->t * s / at->r;
-    double springs = 1.0 + s * (0.5 - lift * s), clean = m * (1.0 + s);
+    double springs = 1.0 + s * (0.5 - LAYER_LIFT * s), clean = m * (1.0 + s);
     double weighed = x * layer_weight(at), u = at->t / (1.0 + at->t);
     /* Derivatives at fixed x. */
     double by_t = (1.0 - share) * 8.0 * m * s * s + weakening * (1.0 - 4.0 * m - at->stretch) +
-                  share * root_m * s * (2.0 * springs - 4.0 * m * (0.5 - 2.0 * lift * s)) +
+                  share * root_m * s * (2.0 * springs - 4.0 * m * (0.5 - 2.0 * LAYER_LIFT * s)) +
                   weighed * (h[1] - 4.0 * u * h[0]);
     double by_k = weakening + weighed * h[2], grown = 1.0 - 1.0 / (at->r * at->r);
     double by_layer = share * per * (root_m * springs - clean) - 0.5 * weakening * grown +

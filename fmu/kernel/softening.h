@@ -25,15 +25,12 @@ typedef struct {
     double value, by_size, by_log_layer, by_softening;
 } stiffness_left;
 
-/* The part m of a strip that slips counts, for Coulomb friction and springs alone: x = e v^2/(1 +
- * v^2)
- * + lam v, m = e v^2/(1 + v^2), up to the end e of the range. In full stick on springs traction
- * falls linearly from the trailing edge, half way between that of Carter and that of full slip. So
- * a layer takes half of the softening, whatever slips. */
+/* The part m of a strip that slips counts, for Coulomb friction and springs alone, up to the end e
+ * of the range: x = m + lam v with m = e v^2/(1 + v^2). In full stick on springs traction falls
+ * linearly from the trailing edge, half way between that of Carter and that of full slip. So a
+ * layer takes half of the softening, whatever slips. */
 ALWAYS_INLINE stiffness_left stiffness_with_layer(double softening, double size, double lam) {
     const double middle = 0.14; /* layer that does half of that; fitted to half-spaces */
-    const stiffness_left unchanged = {1.0, 0.0, 0.0, 0.0};
-    if (softening == 0.0) return unchanged;
     double end = 1.0 / (1.0 - softening);
     layer_place at = solve_layer_place(larger(size, 1e-280) / end, 0.0, lam / end);
     double per = 4.0 * at.m * at.s / at.by_t; /* dm/dx */

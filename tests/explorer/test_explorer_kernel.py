@@ -15,7 +15,7 @@ from outside_tools import module
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.table.law_tables import Shape, shipped_path
+from contactlib.table.law_tables import Shape
 
 pytestmark = pytest.mark.tools
 
@@ -26,7 +26,7 @@ Numbers = dict[str, float]
 
 
 def native_table(contact: Shape) -> kernel.NativeTable:
-    return kernel.NativeTable(shipped_path(contact).read_bytes())
+    return kernel.NativeTable(kernel.shipped_path(contact).read_bytes())
 
 
 def bits(values: object) -> list[int]:

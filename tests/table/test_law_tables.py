@@ -11,10 +11,11 @@ import platformdirs
 import pytest
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.element import ProcessZoneWarning
 from contactlib.table import law_tables
 from contactlib.table.building import CORNER_GRIDS
-from contactlib.table.law_tables import build_carter_griffith_table, shipped_path
+from contactlib.table.law_tables import build_carter_griffith_table
 
 RATIO = 0.45 / 0.21
 
@@ -54,7 +55,7 @@ def test_elliptic_table() -> None:
 
 @pytest.mark.parametrize("contact", ["line", "elliptic"])
 def test_shipped_tables_are_what_the_law_gives(contact: str) -> None:
-    shipped = cl.CreepForceTable.load(shipped_path(contact))  # type: ignore[arg-type]
+    shipped = cl.CreepForceTable.load(kernel.shipped_path(contact))
     built = build_carter_griffith_table(contact)
     assert (shipped.law, shipped.cells, shipped.certificate_points) == (
         built.law,
