@@ -19,6 +19,14 @@ material enters, x = +w(y). Forces and moment are then, with a b = 1 and G = 1,
 
     F_x = -c11 xi,    F_y = -c22 eta - c23 phi,    M_z = c23 eta - c33 phi.
 
+If the creepages change along the rolled distance s, like exp(i k s), then du_x/dx - i k u_x takes
+the place of du_x/dx. For slow changes u = u_0 + i k u_1, with u_0 as above and
+
+    u_1x = int u_0x dx + g_x(y),    u_1y = int u_0y dx + g_y(y),
+
+whose g_x and g_y are again such that the tractions vanish where the material enters. The force is
+F_0 + i k F_1, so it lags behind the creepage by the relaxation length -F_1/F_0.
+
 In the coordinates X = x/a and Y = y/b, in which the ellipse is the unit circle, w = sqrt(1-Y**2)
 and the tractions are
 
@@ -48,13 +56,14 @@ DEGREE = 16  # of the polynomials
 
 
 class Influence(NamedTuple):
-    """What the base functions of the tractions do on one ellipse with a b = 1.
+    """What the base functions of the tractions do on one ellipse with a b = 1, a along x.
 
     `kernels` holds the integrals of p/r, p dx**2/r**3 and p dx dy/r**3 at points x, y: its shape
     is (3, rows, points of a row, functions). `moments` holds the integrals of p, x p and y p, and
     `even` marks the functions that are even in y.
     """
 
+    a: float
     x: FloatArray
     y: FloatArray
     kernels: FloatArray
@@ -129,41 +138,65 @@ def influence(a_over_b: float, degree: int = DEGREE) -> Influence:
     on_x = np.sin(angle)[:, np.newaxis] * gauss
     area = np.sin(angle)[:, np.newaxis] * np.full(on_x.shape, np.pi**2 / (chords * chord_points))
     moments = [functions_summed(on_x, on_y, area * of) for of in (1.0, a * on_x, b * on_y)]
-    return Influence(a * x, b * y, kernels, np.stack(moments).sum(axis=1), of_y % 2 == 0)
+    return Influence(float(a), a * x, b * y, kernels, np.stack(moments).sum(axis=1), of_y % 2 == 0)
+
+
+def _solve(
+    of: Influence, poisson_ratio: float, along: bool, given: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Moments of the tractions of given displacements, and the constants f of each row.
+
+    `given` has the shape (cases, 2 components, rows, points). If `along`, p_x is even in y and
+    p_y odd, else the reverse. The shapes of the results are (cases, 2, 3) and (cases, 2, rows, 1).
+    """
+    nu, cases = poisson_ratio, len(given)
+    unit, xx, xy = of.kernels / np.pi
+    in_x, in_y = (of.even, ~of.even) if along else (~of.even, of.even)
+    columns = [
+        np.concatenate(((1.0 - nu) * unit + nu * xx, nu * xy))[..., in_x],
+        np.concatenate((nu * xy, unit - nu * xx))[..., in_y],
+        np.stack([np.concatenate(u) for u in given], axis=-1),
+    ]
+    system = np.concatenate(columns, axis=-1)
+    means = system.mean(axis=1)
+    system -= means[:, np.newaxis]  # least squares over f_x and f_y
+    system = system.reshape(-1, system.shape[-1])
+    matrix, sides = system[:, :-cases], system[:, -cases:]
+    scale = np.linalg.norm(matrix, axis=0)
+    tractions = np.linalg.lstsq(matrix / scale, sides, rcond=1e-13)[0] / scale[:, np.newaxis]
+    p_x, p_y = np.split(tractions, [np.count_nonzero(in_x)])
+    moments = np.stack((of.moments[:, in_x] @ p_x, of.moments[:, in_y] @ p_y)).T.swapaxes(1, 2)
+    f = means[:, :-cases] @ tractions - means[:, -cases:]
+    return moments, f.T.reshape(*given.shape[:3], 1)
 
 
 def stick_coefficients(of: Influence, poisson_ratio: float) -> StickCoefficients:
     """Solve for the tractions of unit creepages and spin, and sum them to forces and moment."""
-    nu = poisson_ratio
-    unit, xx, xy = of.kernels / np.pi
-    even, odd = of.even, ~of.even
-
-    def solve(
-        in_x: BoolArray, in_y: BoolArray, *given: tuple[FloatArray, FloatArray]
-    ) -> list[FloatArray]:
-        """Tractions of displacements, with p_x of the functions in_x and p_y of those in_y."""
-        columns = [
-            np.concatenate(((1.0 - nu) * unit + nu * xx, nu * xy))[..., in_x],
-            np.concatenate((nu * xy, unit - nu * xx))[..., in_y],
-            np.stack([np.concatenate(u) for u in given], axis=-1),
-        ]
-        system = np.concatenate(columns, axis=-1)
-        system -= system.mean(axis=1, keepdims=True)  # least squares over f_x and f_y
-        system = system.reshape(-1, system.shape[-1])
-        matrix, sides = system[:, : -len(given)], system[:, -len(given) :]
-        scale = np.linalg.norm(matrix, axis=0)
-        tractions = np.linalg.lstsq(matrix / scale, sides, rcond=1e-13)[0] / scale[:, np.newaxis]
-        return np.split(tractions, [np.count_nonzero(in_x)])
-
     x, y, zero = of.x, of.y, np.zeros_like(of.x)
-    force, about_x, about_y = of.moments
-    along, _ = solve(even, odd, (x, zero))
-    p_x, p_y = solve(odd, even, (zero, x), (-x * y, 0.5 * x * x))
-    f_y = force[even] @ p_y
-    m_z = about_x[even] @ p_y - about_y[odd] @ p_x
-    return StickCoefficients(
-        *(float(c) for c in (-(force[even] @ along)[0], -f_y[0], -f_y[1], m_z[0], -m_z[1]))
-    )
+    (along,), _ = _solve(of, poisson_ratio, True, np.array([(x, zero)]))
+    across = np.array([(zero, x), (-x * y, 0.5 * x * x)])
+    (lateral, spin), _ = _solve(of, poisson_ratio, False, across)
+    m_z, m_z_spin = (p[1, 1] - p[0, 2] for p in (lateral, spin))
+    found = (-along[0, 0], -lateral[1, 0], -spin[1, 0], m_z, -m_z_spin)
+    return StickCoefficients(*map(float, found))
+
+
+def stick_lengths(of: Influence, poisson_ratio: float) -> tuple[float, float, float]:
+    """Relaxation lengths over a: of F_x for xi, and of F_y for eta and for phi."""
+    x, y, zero = of.x, of.y, np.zeros_like(of.x)
+    xx = 0.5 * x * x
+    cases = [  # u_0 without f_0, and its integrals over x
+        (True, [(x, zero)], [(xx, zero)]),
+        (False, [(zero, x), (-x * y, xx)], [(zero, xx), (-xx * y, x**3 / 6.0)]),
+    ]
+    lengths: list[float] = []
+    for along, steady, integrals in cases:
+        force, f = _solve(of, poisson_ratio, along, np.array(steady))
+        first, _ = _solve(of, poisson_ratio, along, np.array(integrals) + f * x)
+        component = 0 if along else 1
+        lengths += list(-first[:, component, 0] / force[:, component, 0] / of.a)
+    longitudinal, lateral, spin = map(float, lengths)
+    return longitudinal, lateral, spin
 
 
 NODES = (24, 12)  # Chebyshev points of ln(a/b) from -3 to 3, and of Poisson's ratio
@@ -171,28 +204,36 @@ TERMS = (18, 10)  # of the polynomials in them that are kept, which loses less t
 
 
 def write_polynomials() -> None:
-    """Solve at all nodes and write the header with the polynomials; takes two minutes."""
+    """Solve at all nodes and write the header with the polynomials; takes some minutes."""
     in_g, in_nu = (np.cos((np.arange(n) + 0.5) * np.pi / n) for n in NODES)
     g, nu = np.exp(3.0 * in_g), 0.25 * (1.0 + in_nu)
     solved = np.array(
-        [[stick_coefficients(of, v) for v in nu] for of in (influence(float(at)) for at in g)]
+        [
+            [(*stick_coefficients(of, v), *stick_lengths(of, v)) for v in nu]
+            for of in (influence(float(at)) for at in g)
+        ]
     )
     lines = [
-        "/* Chebyshev coefficients of the logarithms of c11, c22, c23 and c33 in ln(a/b)/3 and",
-        " * 4 nu - 1. Written by tools/stick_rolling.py. */",
+        "/* Chebyshev coefficients in ln(a/b)/3 and 4 nu - 1 of the logarithms of c11, c22, c23",
+        " * and c33, and of the relaxation lengths. Written by tools/stick_rolling.py. */",
         "#ifndef CREEP_COEFFICIENTS_H",
         "#define CREEP_COEFFICIENTS_H",
         "",
         f"enum {{ ASPECT_TERMS = {TERMS[0]}, POISSON_TERMS = {TERMS[1]} }};",
         "",
         "/* clang-format off */",
-        "static const double CREEP_COEFFICIENTS[4][ASPECT_TERMS][POISSON_TERMS] = {",
     ]
-    for values in np.log(np.moveaxis(solved[..., [0, 1, 2, 4]], -1, 0)):
-        of_g = chebfit(in_g, values, NODES[0] - 1)[: TERMS[0]]
-        rows = chebfit(in_nu, of_g.T, NODES[1] - 1)[: TERMS[1]].T
-        lines += ["{"] + ["{" + ", ".join(f"{v:.8e}" for v in row) + "}," for row in rows] + ["},"]
-    lines += ["};", "/* clang-format on */", "", "#endif", ""]
+    columns = {"CREEP_COEFFICIENTS": [0, 1, 2, 4], "RELAXATION_LENGTHS": [5, 6, 7]}
+    for name, kept in columns.items():
+        shape = f"[{len(kept)}][ASPECT_TERMS][POISSON_TERMS]"
+        lines.append(f"static const double {name}{shape} = {{")
+        for values in np.log(np.moveaxis(solved[..., kept], -1, 0)):
+            of_g = chebfit(in_g, values, NODES[0] - 1)[: TERMS[0]]
+            rows = chebfit(in_nu, of_g.T, NODES[1] - 1)[: TERMS[1]].T
+            listed = (", ".join(f"{v:.8e}" for v in row) for row in rows)
+            lines += ["{", *(f"{{{row}}}," for row in listed), "},"]
+        lines.append("};")
+    lines += ["/* clang-format on */", "", "#endif", ""]
     write_whole(package_folder("fmu") / "creep_coefficients.h", "\n".join(lines).encode())
 
 

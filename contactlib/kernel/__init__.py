@@ -15,6 +15,7 @@ from contactlib.kernel.bodies import half_space_scales as half_space_scales
 from contactlib.kernel.bodies import hertz_integral as hertz_integral
 from contactlib.kernel.bodies import hertz_semi_axes as hertz_semi_axes
 from contactlib.kernel.bodies import process_zone_limit as process_zone_limit
+from contactlib.kernel.bodies import relaxation_lengths as relaxation_lengths
 from contactlib.kernel.bodies import thermal_softening as thermal_softening
 from contactlib.kernel.bodies import wheelset_limits as wheelset_limits
 from contactlib.kernel.drivetrains import NativeFleet as NativeFleet

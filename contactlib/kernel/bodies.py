@@ -217,6 +217,14 @@ def half_space_scales(a_over_b: float, poisson_ratio: float) -> Any:
     return scales
 
 
+def relaxation_lengths(a_over_b: float, poisson_ratio: float) -> tuple[float, float, float]:
+    """Longitudinal, lateral and spin length over a; the kernel checks nothing."""
+    lib = library()
+    lengths = ffi.new("relaxation_lengths *")
+    lib.relaxation_lengths_of(a_over_b, poisson_ratio, lengths)
+    return lengths.longitudinal, lengths.lateral, lengths.spin
+
+
 def hertz_integral(along: float, across: float) -> float:
     """Carlson's R_D(0, across**2, along**2) of an ellipse's semi-axes [1/m^3]."""
     return float(library().hertz_integral(along, across))

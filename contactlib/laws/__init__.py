@@ -10,6 +10,7 @@ from contactlib.laws.hertz import EllipticContact, LineContact, Material
 from contactlib.laws.kalker import KalkerCoefficients, kalker_coefficients
 from contactlib.laws.measured import MeasuredCurve
 from contactlib.laws.polach import Polach
+from contactlib.laws.relaxation import RelaxationLengths, relaxation_lengths
 from contactlib.laws.scales import (
     friction_with_k_hat,
     k_hat,
@@ -33,6 +34,7 @@ __all__ = [
     "Material",
     "MeasuredCurve",
     "Polach",
+    "RelaxationLengths",
     "Softening",
     "ThermalContact",
     "ThermalMaterial",
@@ -43,5 +45,6 @@ __all__ = [
     "k_hat",
     "kalker_coefficients",
     "process_zone_ratio",
+    "relaxation_lengths",
     "saturation_creepage",
 ]

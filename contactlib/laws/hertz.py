@@ -20,6 +20,7 @@ from contactlib.base.quantities import (
     derived,
 )
 from contactlib.laws.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
+from contactlib.laws.relaxation import LINE, RelaxationLengths, of_line
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
 NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
@@ -174,6 +175,22 @@ class LineContact(Parameters):
     def lateral_stiffness_ratio(self) -> float:
         """Stiffness against creepage across rolling over that along it [1]."""
         return 1.0 - self.poisson_ratio
+
+    @property
+    def relaxation_lengths(self) -> RelaxationLengths:
+        """Relaxation lengths over `semi_width` [1]; that of spin is nan.
+
+        With one state along the length L, the mean displacement over L and a = `semi_width`,
+
+            l + k (l + 5/3),    l = ln(4 L/a) - 3/2 + e,    k = 8 a c/(pi**2 L)
+
+        where e = nu/(1-nu) and c = (1 - 2 nu)/(1-nu) along rolling, -nu and 1 + nu across it. The
+        error is of the order of (a/L)**2: 4 % at L = 4 a, and 1 % at 10 a. Raises ValueError if
+        the length is less than 4 semi-widths.
+        """
+        given = {"length": self.length, "semi_width": self.semi_width}
+        ratio = derived("length/semi_width", lambda: self.length / self.semi_width, given, LINE)
+        return of_line(ratio, self.poisson_ratio)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -337,6 +354,15 @@ class EllipticContact(Parameters):
     def lateral_softening(self) -> float:
         """`softening` across rolling [1]."""
         return self._scales.softening_y
+
+    @property
+    def relaxation_lengths(self) -> RelaxationLengths:
+        """Relaxation lengths over `semi_axis_x` on a half-space, whatever the theory [1].
+
+        Beyond the range of `relaxation_lengths` those of its nearest end.
+        """
+        ratio = self.semi_axis_x / self.semi_axis_y
+        return RelaxationLengths(*kernel.relaxation_lengths(ratio, self.poisson_ratio))
 
 
 Contact = LineContact | EllipticContact

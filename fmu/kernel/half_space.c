@@ -46,19 +46,30 @@ static double softening(double stiffness, double saturation) {
     return (1.0 - 1.0 / at) / at;
 }
 
-void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scales *scales) {
-    double g = smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT), nu = poisson_ratio;
-    double along[ASPECT_TERMS], across[POISSON_TERMS], log_of[4] = {0.0};
+static double held(double a_over_b) { return smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT); }
+
+/* Values whose logarithms are polynomials of g = a/b, which is within its range, and nu. */
+static void values(int n, const double logarithms[][ASPECT_TERMS][POISSON_TERMS], double g,
+                   double nu, double value[]) {
+    double along[ASPECT_TERMS], across[POISSON_TERMS];
     chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
     chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);
-    for (int k = 0; k < 4; k++)
+    for (int k = 0; k < n; k++) {
+        double log_of = 0.0;
         for (int i = 0; i < ASPECT_TERMS; i++)
             for (int j = 0; j < POISSON_TERMS; j++)
-                log_of[k] += CREEP_COEFFICIENTS[k][i][j] * along[i] * across[j];
-    scales->c11 = exponential(log_of[0]);
-    scales->c22 = exponential(log_of[1]);
-    scales->c23 = exponential(log_of[2]);
-    scales->c33 = exponential(log_of[3]);
+                log_of += logarithms[k][i][j] * along[i] * across[j];
+        value[k] = exponential(log_of);
+    }
+}
+
+void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scales *scales) {
+    double g = held(a_over_b), nu = poisson_ratio, c[4];
+    values(4, CREEP_COEFFICIENTS, g, nu, c);
+    scales->c11 = c[0];
+    scales->c22 = c[1];
+    scales->c23 = c[2];
+    scales->c33 = c[3];
     scales->stiffness_x = scales->c11 * (1.0 - nu) * 4.0 / (PI * PI);
     scales->stiffness_y = scales->c22 * 4.0 / (PI * PI);
     scales->spin_scale =
@@ -67,4 +78,12 @@ void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scal
     saturation(g, nu, &x, &y);
     scales->softening_x = softening(scales->stiffness_x, x);
     scales->softening_y = softening(scales->stiffness_y, y);
+}
+
+void relaxation_lengths_of(double a_over_b, double poisson_ratio, relaxation_lengths *lengths) {
+    double length[3];
+    values(3, RELAXATION_LENGTHS, held(a_over_b), poisson_ratio, length);
+    lengths->longitudinal = length[0];
+    lengths->lateral = length[1];
+    lengths->spin = length[2];
 }

@@ -1,4 +1,4 @@
-/* Stiffness of an ellipse that rolls on an elastic half-space against creepage. */
+/* Stiffness of an ellipse that rolls on an elastic half-space against creepage, and its lag. */
 #ifndef HALF_SPACE_H
 #define HALF_SPACE_H
 
@@ -25,5 +25,17 @@ typedef struct {
 /* Scales of an ellipse; the ratio is held within its range, and 0 <= poisson_ratio <= 0.5. */
 CONTACTLIB_API void half_space_scales_of(double a_over_b, double poisson_ratio,
                                          half_space_scales *scales);
+
+/* Rolled distances over a by which the force of an ellipse in full stick lags behind a creepage
+ * that changes slowly [1]. */
+typedef struct {
+    double longitudinal; /* longitudinal force behind longitudinal creepage */
+    double lateral;      /* lateral force behind lateral creepage */
+    double spin;         /* lateral force behind spin */
+} relaxation_lengths;
+
+/* Relaxation lengths of an ellipse, with the arguments held as above. */
+CONTACTLIB_API void relaxation_lengths_of(double a_over_b, double poisson_ratio,
+                                          relaxation_lengths *lengths);
 
 #endif
