@@ -50,7 +50,6 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.laws import Polach as Polach
     from contactlib.laws import TractionData as TractionData
     from contactlib.laws import friction_with_k_hat as friction_with_k_hat
-    from contactlib.laws import relaxation_lengths as relaxation_lengths
     from contactlib.laws.fit import fit as fit
     from contactlib.table import CreepForceTable as CreepForceTable
     from contactlib.table import carter_griffith_table as carter_griffith_table

@@ -63,21 +63,21 @@ def test_limit_of_a_long_contact() -> None:
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.05, 0.5), (0.33, 0.1), (1.3, 0.3), (20.0, 0.0)])
 def test_shipped_lengths_are_what_the_solver_gives(a_over_b: float, nu: float) -> None:
     expected = stick_lengths(influence(a_over_b, FINE), nu)
-    found = [float(value) for value in cl.relaxation_lengths(a_over_b, nu)]
+    found = [float(value) for value in cl.laws.relaxation_lengths(a_over_b, nu)]
     assert found == pytest.approx(expected, rel=5e-5)
 
 
 def test_of_many_ellipses() -> None:
     g, nu = np.geomspace(0.05, 20.0, 40)[:, np.newaxis], np.linspace(0.0, 0.5, 6)
-    found = np.array(cl.relaxation_lengths(g, nu))
+    found = np.array(cl.laws.relaxation_lengths(g, nu))
     assert found.shape == (3, 40, 6)
     assert (np.diff(found, axis=1) < 0.0).all()
     assert found.min() > 2.0 / 3.0
     np.testing.assert_allclose(found[0, :, 0], found[1, :, 0], rtol=1e-6)
     with pytest.raises(ValueError, match=r"a_over_b = 0\.04 is out of range"):
-        cl.relaxation_lengths(0.04, 0.3)
+        cl.laws.relaxation_lengths(0.04, 0.3)
     with pytest.raises(ValueError, match="the shapes must broadcast together"):
-        cl.relaxation_lengths([1.0, 2.0], [0.1, 0.2, 0.3])
+        cl.laws.relaxation_lengths([1.0, 2.0], [0.1, 0.2, 0.3])
 
 
 @pytest.mark.parametrize(("a", "held"), [(7e-3, 1.4), (5e-5, 0.05)])
@@ -85,7 +85,7 @@ def test_of_an_elliptic_contact(a: float, held: float) -> None:
     contact = cl.EllipticContact.from_semi_axes(
         semi_axis_x=a, semi_axis_y=5e-3, normal_load=75e3, contact_modulus=115e9, poisson_ratio=0.28
     )
-    expected = cl.relaxation_lengths(held, 0.28)
+    expected = cl.laws.relaxation_lengths(held, 0.28)
     assert contact.relaxation_lengths == pytest.approx(list(map(float, expected)), rel=1e-9)
 
 
