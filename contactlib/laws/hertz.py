@@ -178,7 +178,7 @@ class LineContact(Parameters):
 
     @property
     def relaxation_lengths(self) -> RelaxationLengths:
-        """Relaxation lengths over `semi_width` [1]; that of spin is nan.
+        """Relaxation lengths over `semi_width` [1]; 0 for spin, which is not modelled.
 
         With one state along the length L, the mean displacement over L and a = `semi_width`,
 

@@ -95,4 +95,4 @@ def of_line(length: float, nu: float) -> RelaxationLengths:
         return lag + 8.0 * c / (math.pi**2 * length) * (lag + 5.0 / 3.0)
 
     longitudinal = along(nu / (1.0 - nu), (1.0 - 2.0 * nu) / (1.0 - nu))
-    return RelaxationLengths(longitudinal, along(-nu, 1.0 + nu), math.nan)
+    return RelaxationLengths(longitudinal, along(-nu, 1.0 + nu), 0.0)
