@@ -124,11 +124,6 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     "What the installation lacks is compiled once, which takes up to some minutes and needs pip "
     "install 'contactlib-rail[platforms]'.",
 )
-@click.option(
-    "--relaxation-length",
-    callback=in_unit("m"),
-    help="Let the force lag the creepage by this distance [m].",
-)
 @click.option("--implicit", is_flag=True, help="Let the element solve its slip over each step.")
 @click.option(
     "--parallel-exchange", is_flag=True, help="Both sides of the coupling step in parallel."
@@ -157,7 +152,6 @@ def fmu(
     kind: str | None,
     fmi: str,
     platforms: str | None,
-    relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
     no_booleans: bool,
@@ -183,7 +177,6 @@ def fmu(
     common: dict[str, Any] = {
         "fmi_version": int(fmi),
         "platforms": names,
-        "relaxation_length": relaxation_length,
         "author": author,
         "version": version,
     }
@@ -210,9 +203,8 @@ def fmu(
             **common,
         )
         if kind == "force_element" and not implicit:
-            lag = relaxation_length or 0.0
             steps = [
-                1e3 * longest_step(Description(loaded, kind, lag, parallel_exchange=parallel))
+                1e3 * longest_step(Description(loaded, kind, parallel_exchange=parallel))
                 for parallel in (False, True)
             ]
             assumed = ""

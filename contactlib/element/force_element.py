@@ -106,6 +106,10 @@ class ForceElement(Parameters):
     wheels : int, optional
         Number of equal wheels whose forces the element adds. They share its load; the contact is
         that of one wheel. Default: 1.
+    memory : bool, optional
+        Whether the force follows changes of the creepage over the distance rolled, as it does in
+        an elastic contact; `kernel` and files then have two more states. In steady rolling nothing
+        changes. Default: no memory, every instant is steady.
     load_exponent : float, optional
         Semi-width and peak pressure, and so zeta0, the scale of the creepage axis, grow like the
         load to this power [1]. 0 keeps the creepage of a measured curve as measured. Default:
@@ -150,6 +154,7 @@ class ForceElement(Parameters):
         float, Quantity("1", at_least=1.0, at_most=1000.0, usual=(1.0, 100.0), whole=True)
     ] = 1
     load_exponent: Annotated[float | None, Quantity("1", at_least=0.0, at_most=1.0)] = None
+    memory: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -270,6 +275,22 @@ class ForceElement(Parameters):
             "softening": self.contact.softening if self._softens else 0.0,
             **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
             "nominal_load": self.normal_load,
+            **self._of_memory,
+        }
+
+    @cached_property
+    def _of_memory(self) -> dict[str, float]:
+        """The kernel's parameters of a contact with memory, see `fmu/kernel/memory.h`."""
+        if not self.memory:
+            return {}
+        contact, layer = self.contact, 0.0
+        if self.layer_compliance > 0.0:
+            layer = 0.5 * self.layer_compliance * contact.tangential_modulus / contact.semi_width
+        length = float(contact.relaxation_lengths.longitudinal) * contact.semi_width
+        return {
+            "relaxation_length": length,
+            "standing_stiffness": contact.standing_stiffness,
+            "initial_slope": float(self.table.slope(0.0, self.k_hat, layer)),
         }
 
     @property

@@ -33,7 +33,6 @@ def export_fmu(
     fmi_version: int = 2,
     kind: str = "force_element",
     platforms: Sequence[str] | None = None,
-    relaxation_length: float | None = None,
     implicit: bool = False,
     parallel_exchange: bool = False,
     booleans: bool = True,
@@ -58,9 +57,6 @@ def export_fmu(
         FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. A library that the
         installation lacks is compiled, which takes some seconds, and cached. Default: this
         machine's.
-    relaxation_length : float, optional
-        Rolling distance over which the force follows the creepage [m]; it adds a state. Default:
-        the force has no lag.
         implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of these names: whether the element solves
         its own slip over a step, and whether both sides of the coupling step in parallel. Default:
@@ -85,7 +81,6 @@ def export_fmu(
     description = describe(
         model,
         kind,
-        relaxation_length,
         implicit,
         parallel_exchange,
         booleans=booleans,

@@ -27,6 +27,7 @@ MODEL_NAMES = {
     "creep_forces": "CreepForces",
 }
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
+MEMORY = ("relaxation_length", "standing_stiffness", "initial_slope")  # of a contact with memory
 ASSUMED_INVERSE_MASS = 4e-3
 UNLIMITED = 1e300  # the kernel's limit for numbers without one
 
@@ -120,8 +121,6 @@ class Description:
         Gives table and start values.
     kind : str
         One of `contactlib.kernel.MODEL_KINDS`.
-    relaxation_length : float, optional
-        Relaxation length of the contact [m]; 0 if the force follows the creepage at once.
     implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of the same names.
     booleans : bool, optional
@@ -136,7 +135,6 @@ class Description:
 
     model: Model
     kind: str
-    relaxation_length: float = 0.0
     implicit: bool = False
     parallel_exchange: bool = False
     booleans: bool = True
@@ -213,9 +211,9 @@ class Description:
         return self.element.native_contact
 
     @property
-    def relaxed(self) -> bool:
-        """Whether the contact has a state."""
-        return self.has_contact and self.relaxation_length > 0.0
+    def remembers(self) -> bool:
+        """Whether the contact has states."""
+        return self.has_contact and self.element.memory
 
     @property
     def spins(self) -> bool:
@@ -248,6 +246,7 @@ class Description:
         wheelset, speed = self.model.wheelset, self.model.initial_speed
         element = self.element
         known = {
+            **{name: 0.0 for name in MEMORY},
             **element.parameters,
             **(wheelset.parameters if self.kind.startswith("wheelset") else {}),
             **(self.pair.parameters if self.pair is not None else {}),
@@ -256,8 +255,8 @@ class Description:
             "creepage_x": 0.0,
             "creepage_y": 0.0,
             "spin": 0.0,
-            "relaxation_length": self.relaxation_length,
-            "relaxed_creepage": 0.0,
+            "held_traction": 0.0,
+            "unslipped": 1.0,
             "effective_inverse_mass": self.effective_inverse_mass,
             "implicit": float(self.implicit),
             "parallel_exchange": float(self.parallel_exchange),
@@ -282,7 +281,7 @@ class Description:
         thermal, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
         parts = {
             "always": True,
-            "if_relaxed": self.relaxed,
+            "if_remembering": self.remembers,
             "if_spinning": self.spins,
             "if_layered": self.kind != "wheelset_body" and self.element.layer_compliance > 0.0,
             "if_falling": self.pair is not None and decays,
@@ -330,7 +329,8 @@ class Description:
         return {
             "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
-            "relaxed_creepage": 1e-2,
+            "held_traction": 1.0,
+            "unslipped": 1.0,
             "normal_load": load,
             "creep_force": force,
             "lateral_force": force,

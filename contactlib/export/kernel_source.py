@@ -18,7 +18,7 @@ import numpy as np
 from contactlib import kernel
 from contactlib.base.text import harmless_line, version
 from contactlib.base.writing import c_sources, write_whole
-from contactlib.export.description import Description
+from contactlib.export.description import MEMORY, Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
 from contactlib.files.model import Missing
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 SOURCES = (
     "creep_table.c",
-    "relaxation.c",
     "lateral_spin_force.c",
     "force_element.c",
     "wheelset.c",
@@ -167,7 +166,7 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
         struct = next((s for s in ("p", "in") if v.name in members[s]), "e")
         low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{v.name}"
         fits, either = f"{value} >= {low!r} && {value} <= {high!r}", ""
-        if v.name in ("relaxation_length", "softening_temperature", "layer_compliance"):
+        if v.name in (*MEMORY, "softening_temperature", "layer_compliance"):
             fits, either = f"{value} == 0.0 || ({fits})", "0 or "
         checks[struct].append(
             f"    if (!({fits}))\n"

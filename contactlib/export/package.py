@@ -23,7 +23,6 @@ from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
 from contactlib.export.platforms import binaries
 from contactlib.files.model import Missing
-from contactlib.vehicle.drivetrain import RELAXATION_LENGTH
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -88,8 +87,8 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
     sliding = element.friction.kinetic * element.normal_load
     pulse = np.sin(np.pi * time / stop) ** 2
-    # A relaxed contact that slides is the stiffer, the larger its creepage.
-    reach, excess = (3.0, 0.3) if description.relaxed else (6.0, 0.4)
+    # A contact with memory that slides is the stiffer, the larger its creepage.
+    reach, excess = (3.0, 0.3) if description.remembers else (6.0, 0.4)
     zeta0, width = element.saturation_creepage, element.contact.semi_width
     along = reach * zeta0 * swing**3
     late = np.clip(2.0 * time / stop - 1.0, 0.0, 1.0)  # in the second half
@@ -141,7 +140,6 @@ def reference_run(description: Description) -> bytes:
 def describe(
     model: Model,
     kind: str,
-    relaxation_length: float | None,
     implicit: bool,
     parallel_exchange: bool,
     *,
@@ -152,16 +150,6 @@ def describe(
     """Check the parameters of `contactlib.export_fmu` and return a description."""
     if kind not in kernel.MODEL_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
-    if relaxation_length is not None:
-        limits = {v.name: v.limits for v in kernel.model_variables("force_element")}
-        name = "relaxation_length"
-        relaxation_length = checked_number(name, relaxation_length, limits[name])
-        if doubt := RELAXATION_LENGTH.doubt(name, relaxation_length):
-            warn(doubt)
-        if kind not in ("force_element", "wheelset"):
-            raise ValueError(
-                f"relaxation_length = {relaxation_length!r} needs a contact, which {kind!r} lacks"
-            )
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
         raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
@@ -177,7 +165,6 @@ def describe(
     return Description(
         model,
         kind,
-        relaxation_length=relaxation_length or 0.0,
         implicit=implicit,
         parallel_exchange=parallel_exchange,
         booleans=booleans,

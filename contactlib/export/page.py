@@ -152,7 +152,7 @@ def law(description: Description) -> str:
     )
 
 
-def equations(element: ForceElement, kind: str, relaxed: bool) -> str:
+def equations(element: ForceElement, kind: str, remembers: bool) -> str:
     """The equations that this FMU solves."""
     names, table = [], element.table
     if kind == "creep_forces":
@@ -167,8 +167,8 @@ def equations(element: ForceElement, kind: str, relaxed: bool) -> str:
             names += ["contact", shape if table.law.startswith("CarterGriffith") else "other"]
             names += ["half_space"] if shape == "elliptic" else []
             names += ["heat"] if element.friction.softens_with_heat else []
-        if relaxed:
-            names.append("relaxation")
+        if remembers:
+            names.append("memory")
     if kind.startswith("wheelset"):
         names.append("motion")
     return "".join(asset(f"equations_{name}.html") for name in names)
@@ -230,15 +230,15 @@ def _rounded(value: float) -> str:
 
 def coupling(description: Description) -> str:
     """The stable communication steps, and the ways to make longer ones stable."""
-    implicit, relaxed = description.implicit, description.relaxed
+    implicit, remembers = description.implicit, description.remembers
     if description.pair is not None:
         return asset("coupling_creep_forces.html")
     return fragment(
         f"coupling_{description.kind}.html",
         step_table=_step_table(description),
-        held_here=ELSEWHERE if relaxed else PARAMETER if implicit else HERE,
+        held_here=ELSEWHERE if remembers else PARAMETER if implicit else HERE,
         implicit_here=HERE if implicit else PARAMETER,
-        relaxed_here=HERE if relaxed else ELSEWHERE,
+        memory_here=HERE if remembers else ELSEWHERE,
     )
 
 
@@ -249,11 +249,12 @@ def _step_table(description: Description) -> str:
     record: Any = element.evaluate(omega=speeds / element.radius, speed=speeds)
     poles = record["force_gradient"] * description.effective_inverse_mass
     sequential = 2.0 / poles
-    if description.relaxed and kind == "force_element":  # then speed is not regularised
+    if description.remembers and kind == "force_element":  # then speed is not regularised
         stiffness = poles[-1] * speeds[-1]
         with np.errstate(divide="ignore"):
             poles = stiffness / speeds
-        lag = description.relaxation_length / stiffness
+        spring = element.parameters
+        lag = spring["relaxation_length"] / (spring["standing_stiffness"] * stiffness)
         sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(lag))
     heads = ["speed in m/s", "slip pole in 1/s"]
     columns = [speeds, poles]
@@ -297,7 +298,6 @@ def tools(kind: str, variables: Sequence[Variable]) -> str:
 def index_page(description: Description) -> bytes:
     """documentation/index.html of an FMU: one page in ASCII."""
     model, kind, variables = description.model, description.kind, description.variables
-    relaxed = description.relaxed
     table, contact = description.element.table, kind != "wheelset_body"
     across = [v.name for v in variables if v.name in ("lateral_velocity", "spin_velocity")]
     if description.pair is not None:
@@ -313,7 +313,7 @@ def index_page(description: Description) -> bytes:
         + facts(description),
         "Signs": signs(description),
         "The law": law(description) if contact else "",
-        "Equations": equations(description.element, kind, relaxed),
+        "Equations": equations(description.element, kind, description.remembers),
         "Variables": variable_tables(variables),
         "Coupling": coupling(description),
         "Loading it": tools(kind, variables),

@@ -69,7 +69,6 @@ def export_ssp(
     *,
     fmi_version: int = 2,
     platforms: Sequence[str] | None = None,
-    relaxation_length: float | None = None,
     author: str | None = None,
     version: str | None = None,
 ) -> Path:
@@ -90,9 +89,6 @@ def export_ssp(
         Version of the FMI standard. Default: 2.
     platforms : sequence of str, optional
         As for `export_fmu`.
-    relaxation_length : float, optional
-        Rolling distance over which the force follows the creepage [m]; it adds a state to
-        `contact`. Default: the force follows at once.
     author, version : str, optional
         As for `export_fmu`, of the package and of both FMUs.
 
@@ -109,9 +105,9 @@ def export_ssp(
     """
     starts = operating_point(model)
     given: dict[str, Any] = {"author": author, "version": version}
-    contact = describe(model, "force_element", relaxation_length, True, True, **given)
+    contact = describe(model, "force_element", True, True, **given)
     contact = replace(contact, whole_wheelset=True)
-    body = describe(model, "wheelset_body", None, False, False, **given)
+    body = describe(model, "wheelset_body", False, False, **given)
     parts = {CONTACT: replace(contact, starts=starts), BODY: replace(body, starts=starts)}
     files = {
         "SystemStructure.ssd": _structure(SYSTEM_NAME, model, parts, closed=True),
@@ -133,11 +129,14 @@ def operating_point(model: Model) -> dict[str, float]:
     # If friction falls with slip speed, the creepage of the peak decreases with speed.
     saturation = wheelset.element.saturation_creepage
     creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
+    steady = wheelset.element.at_creepage(creepage, speed=speed)
+    traction = float(steady["steady_traction"])
     return {
         "drive_torque": float(curve.torque(creepage)),
         "omega": (1.0 + creepage) * speed / wheelset.radius,
-        "creep_force": float(wheelset.element.at_creepage(creepage, speed=speed)["creep_force"]),
-        "relaxed_creepage": creepage,
+        "creep_force": traction * wheelset.element.normal_load,
+        "held_traction": traction,
+        "unslipped": float(steady["sticking"]),
     }
 
 
@@ -290,6 +289,7 @@ def _page(model: Model, parts: dict[str, Description]) -> bytes:
         for part in parts
         for v in (parts[part].by_name[name] for name in PARAMETERS[part])
     ]
+    omega = parts[CONTACT].starts["omega"]
     page = fragment(
         "ssp.html",
         model_name=escape(model.name),
@@ -298,7 +298,7 @@ def _page(model: Model, parts: dict[str, Description]) -> bytes:
         style=asset("page.css"),
         icon=asset("icon.svg"),
         speed=f"{model.initial_speed:.5g}",
-        creepage=f"{100.0 * parts[CONTACT].starts['relaxed_creepage']:.4g}",
+        creepage=f"{100.0 * (omega * model.wheelset.radius / model.initial_speed - 1.0):.4g}",
         step=f"{1e3 * STEP:g}",
         rows="\n".join(rows),
     )

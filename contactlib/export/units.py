@@ -91,7 +91,6 @@ WEAKENING = Type("WeakeningLength", "m", shown_in=1)
 CREEPAGES = (
     "creepage",
     "saturation_creepage",
-    "relaxed_creepage",
     "creepage_x",
     "creepage_y",
 )

@@ -412,8 +412,8 @@ def drivetrain_setting(drivetrain: Drivetrain) -> str:
         parts.append(f"torque rate {1e-3 * motor.torque_rate:.3g} kN m/s")
     if motor.trip_speed is not None:
         parts.append(f"trip at {motor.trip_speed:.3g} m/s")
-    if drivetrain.relaxation_length > 0.0:
-        parts.append(f"relaxation length {1e3 * drivetrain.relaxation_length:.3g} mm")
+    if drivetrain.wheelset.element.memory:
+        parts.append("contact with memory")
     if drivetrain.axle is not None:
         hertz = drivetrain.torsional_frequency / (2.0 * math.pi)
         damping = 100.0 * drivetrain.torsional_damping_ratio

@@ -188,7 +188,7 @@ class Scenario(Parameters):
     controllers : mapping
         Controllers, or designs of them, by name in the order of the file. A continuous one applies
         its torque to the wheels directly and uses their true state, so it needs a scenario without
-        axle, motor, contact relaxation, track and wheel load, and with a constant held speed.
+        axle, motor, contact memory, track and wheel load, and with a constant held speed.
 
     Raises
     ------
@@ -250,7 +250,7 @@ class Scenario(Parameters):
         between = {
             "axle": self.drivetrain.axle is not None,
             "motor": self.drivetrain.motor != Motor(),
-            "contact_relaxation": self.drivetrain.relaxation_length > 0.0,
+            "contact.memory": self.drivetrain.wheelset.element.memory,
             "track": self.track != Track(),
             "wheel_load": self.wheel_load is not None,
             "held_speed": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
@@ -329,7 +329,6 @@ MADE: Mapping[str, Callable[..., Any]] = {
 }
 SECTIONS: Mapping[str, Keys] = {
     "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
-    "contact_relaxation": {"length": declared(Drivetrain)["relaxation_length"]},
     **{name: declared(make) for name, make in MADE.items()},
 }
 ABSENT = ("axle", "wheel_load", "held_speed")  # sections that are optional parts of a scenario
@@ -481,8 +480,7 @@ def build_scenario(
     cache = cache or BuildCache()
     made = read_sections(data, cache)
     run, axle, motor = made["run"], made["axle"], made["motor"]
-    relaxation = made["contact_relaxation"].get("length", Drivetrain.relaxation_length)
-    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor, relaxation)
+    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor)
     initial_speed, held_speed = cache(
         "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
@@ -505,6 +503,6 @@ def build_scenario(
 
 
 def _drivetrain(
-    wheelset: Wheelset, axle: Axle | None, motor: Motor, relaxation_length: float
+    wheelset: Wheelset, axle: Axle | None, motor: Motor
 ) -> Drivetrain:
-    return Drivetrain(wheelset, axle=axle, motor=motor, relaxation_length=relaxation_length)
+    return Drivetrain(wheelset, axle=axle, motor=motor)

@@ -101,7 +101,8 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
         without(
             {k: v for make in (*CONTACTS.values(), Material) for k, v in declared(make).items()},
             "contact_modulus",
-        ),
+        )
+        | {"memory": ELEMENT["memory"]},
         *SHAPES,
     ),
     "friction": optional(
@@ -118,7 +119,7 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
     ),
     "wheelset": optional(
         {
-            **without(ELEMENT, "load_exponent"),
+            **without(ELEMENT, "load_exponent", "memory"),
             **declared(Wheelset),
             **declared(geared_inertia),
             **declared(slope_reduction_of),

@@ -20,7 +20,7 @@ from contactlib.base.quantities import (
     derived,
 )
 from contactlib.laws.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
-from contactlib.laws.relaxation import LINE, RelaxationLengths, of_line
+from contactlib.laws.relaxation import LINE, RelaxationLengths, of_line, standing_stiffness
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
 NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
@@ -188,9 +188,23 @@ class LineContact(Parameters):
         error is of the order of (a/L)**2: 4 % at L = 4 a, and 1 % at 10 a. Raises ValueError if
         the length is less than 4 semi-widths.
         """
+        return of_line(self._slenderness, self.poisson_ratio)
+
+    @property
+    def standing_stiffness(self) -> float:
+        """Tangential stiffness at standstill over that of a lag of `relaxation_lengths` [1].
+
+        Mindlin's problem: q grows by 2/(ln(4 L/a) - 1 + nu/(1-nu)) of the displacement over
+        `semi_width` zeta0, and by 2/`relaxation_lengths`.longitudinal of it in a first-order lag.
+        """
+        nu = self.poisson_ratio
+        depth = math.log(4.0 * self._slenderness) - 1.0 + nu / (1.0 - nu)
+        return float(self.relaxation_lengths.longitudinal) / depth
+
+    @property
+    def _slenderness(self) -> float:
         given = {"length": self.length, "semi_width": self.semi_width}
-        ratio = derived("length/semi_width", lambda: self.length / self.semi_width, given, LINE)
-        return of_line(ratio, self.poisson_ratio)
+        return derived("length/semi_width", lambda: self.length / self.semi_width, given, LINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -363,6 +377,18 @@ class EllipticContact(Parameters):
         """
         ratio = self.semi_axis_x / self.semi_axis_y
         return RelaxationLengths(*kernel.relaxation_lengths(ratio, self.poisson_ratio))
+
+    @property
+    def standing_stiffness(self) -> float:
+        """Tangential stiffness at standstill over that of a lag of `relaxation_lengths` [1].
+
+        Mindlin's problem of a half-space, whatever the theory: 0.8 for a circle of steel.
+        """
+        ratio, steady = self.semi_axis_x / self.semi_axis_y, 0.75 * math.pi
+        if self.theory == "half_space":
+            steady *= self.tangential_modulus / self.contact_modulus
+        length = float(self.relaxation_lengths.longitudinal)
+        return standing_stiffness(ratio, self.poisson_ratio) * length / steady
 
 
 Contact = LineContact | EllipticContact

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import elliprd, elliprf
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, checked, common_shape
@@ -96,3 +97,15 @@ def of_line(length: float, nu: float) -> RelaxationLengths:
 
     longitudinal = along(nu / (1.0 - nu), (1.0 - 2.0 * nu) / (1.0 - nu))
     return RelaxationLengths(longitudinal, along(-nu, 1.0 + nu), 0.0)
+
+
+def standing_stiffness(a_over_b: float, nu: float) -> float:
+    """Slope dq/d(x s) of an ellipse that stands still in full stick: Mindlin's problem [1].
+
+    x s is the displacement over a zeta0, zeta0 being that of strips. Tractions grow like one over
+    the root of the Hertz pressure, and displace the centre by an integral of 1/r over all angles.
+    """
+    g = a_over_b * a_over_b
+    sine = float(elliprd(0.0, g, 1.0)) / 3.0  # integral of sin^2/sqrt(cos^2 + g sin^2)
+    cosine = float(elliprf(0.0, g, 1.0)) - sine
+    return 3.0 * (1.0 - nu) / (cosine + (1.0 - nu) * sine)

@@ -65,13 +65,20 @@ def start(
         found = np.zeros(fleet.size)
     omega = (speed + found * np.maximum(np.abs(speed), slowest)) / radius
     states["omega_left"] = states["omega_right"] = omega
-    states["relaxed_left"] = states["relaxed_right"] = found
-    _twist(scenarios, fleet, inputs, states)
+    steady = fleet.evaluate(inputs, states)
+    for side in ("left", "right"):
+        states[f"traction_{side}"] = steady[f"steady_{side}"]
+        states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
+    _twist(scenarios, fleet, inputs, states, found)
     return Start(states, torque, refused)
 
 
 def _twist(
-    scenarios: Sequence[Scenario], fleet: kernel.NativeFleet, inputs: Any, states: Any
+    scenarios: Sequence[Scenario],
+    fleet: kernel.NativeFleet,
+    inputs: Any,
+    states: Any,
+    creepage: FloatArray,
 ) -> None:
     """Twist elastic axles such that both wheels keep their creepage."""
     if all(one.drivetrain.axle is None for one in scenarios):
@@ -82,7 +89,7 @@ def _twist(
         if axle is None:
             continue
         # J/2 (1 + zeta)/r dV/dt = share T - r Q_left - b/2 omega - k twist
-        gained = (1.0 + states["relaxed_left"][i]) / wheelset.radius
+        gained = (1.0 + creepage[i]) / wheelset.radius
         lost = wheelset.radius * there["creep_force_left"][i]
         lost += 0.5 * wheelset.damping * states["omega_left"][i]
         lost += 0.5 * wheelset.inertia * gained * there["speed_rate"][i]

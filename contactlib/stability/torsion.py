@@ -125,14 +125,14 @@ def checked_axle(drivetrain: Drivetrain) -> Axle:
     Raises
     ------
     ValueError
-        If the axle is rigid, or the contact has a relaxation length.
+        If the axle is rigid, or the contact has memory.
     """
     if drivetrain.axle is None:
         raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
-    if drivetrain.relaxation_length > 0.0:
+    if drivetrain.wheelset.element.memory:
         raise ValueError(
-            f"drivetrain.relaxation_length = {drivetrain.relaxation_length!r} must be 0: the "
-            "analysis assumes a creep force without lag"
+            "drivetrain.wheelset.element.memory = True must be False: the analysis assumes a creep "
+            "force without lag"
         )
     return drivetrain.axle
 
@@ -256,7 +256,7 @@ def torsional_state(drivetrain: Drivetrain, point: OperatingPoint) -> TorsionalS
     Raises
     ------
     ValueError
-        If the axle is rigid, or the contact has a relaxation length.
+        If the axle is rigid, or the contact has memory.
     """
     rate, amplitudes, rates = _curve(drivetrain, point)
     cycles = []

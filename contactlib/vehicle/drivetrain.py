@@ -14,7 +14,6 @@ from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity
 from contactlib.vehicle.wheelset import Wheelset
 
-RELAXATION_LENGTH = Quantity("m", at_least=0.0, usual=(0.0, 0.2))
 LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
 
 
@@ -78,16 +77,12 @@ class Drivetrain(Parameters):
         Elastic axle. Default: a rigid one.
     motor : Motor, optional
         Lag and limits of the drive. Default: neither.
-    relaxation_length : float, optional
-        Distance rolled in which the creep force follows the creepage, typically 1.5 semi-widths
-        [m]. Default: 0, no relaxation.
     """
 
     wheelset: Wheelset
     _: KW_ONLY
     axle: Axle | None = None
     motor: Motor = Motor()
-    relaxation_length: Annotated[float, RELAXATION_LENGTH] = 0.0
 
     @property
     def torsional_frequency(self) -> float:
@@ -112,10 +107,7 @@ class Drivetrain(Parameters):
     def _parameters(self) -> tuple[dict[str, float], dict[str, float]]:
         """Parameters of the kernel's contact and drivetrain, by name, in SI units."""
         axle = self.axle
-        contact = {
-            **self.wheelset.element.parameters,
-            "relaxation_length": self.relaxation_length,
-        }
+        contact = self.wheelset.element.parameters
         drivetrain = {
             "axle_stiffness": 0.0 if axle is None else axle.stiffness,
             "axle_damping": 0.0 if axle is None else axle.damping,
@@ -127,8 +119,9 @@ class Drivetrain(Parameters):
     @property
     def kind(self) -> tuple[int, bool, bool, bool]:
         """Table and states, which drivetrains must have in common to be stepped together."""
-        table = self.wheelset.element.table.native
-        return id(table), self.axle is not None, self.motor.lag > 0.0, self.relaxation_length > 0.0
+        element = self.wheelset.element
+        elastic, lagging = self.axle is not None, self.motor.lag > 0.0
+        return id(element.table.native), elastic, lagging, element.memory
 
     def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
         """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""

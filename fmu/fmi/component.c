@@ -467,7 +467,7 @@ result component_step(component *self, double point, double step) {
     check_exchange(self);
     if (values->held_tolerance > self->now.tolerance && is_first(self, TOLERANCE))
         component_log(self, RESULT_WARNING,
-                      "the step of %s s from %s s: the wheel swings too often on its relaxed "
+                      "the step of %s s from %s s: the wheel swings too often on its "
                       "contact to follow it with a tolerance of %s; it was %s in a part of the "
                       "step, so only the mean is right; take shorter steps",
                       SHOWN(step), SHOWN(point), SHOWN(self->now.tolerance),
@@ -538,7 +538,7 @@ result component_get_nominals(component *self, size_t count, double *values) {
         return RESULT_ERROR;
     for (size_t i = 0; i < count; i++) {
         const model_variable *v = self->state[i];
-        values[i] = v->part == IF_RELAXED ? 1e-2 : fmax(fabs(model_get(v, &self->start)), 1.0);
+        values[i] = v->part == IF_REMEMBERING ? 1.0 : fmax(fabs(model_get(v, &self->start)), 1.0);
     }
     return RESULT_OK;
 }

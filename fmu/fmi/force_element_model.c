@@ -1,4 +1,4 @@
-/* The model "force_element", whose force is held, relaxed or implicit. */
+/* The model "force_element", whose force is held, remembers or is implicit. */
 #include <math.h>
 #include <string.h>
 
@@ -10,16 +10,15 @@
 static const double LONG_STEP = 1000.0;
 
 /* Half of the maximum step over which the force may be held. Stability needs h lambda < 2 with the
- * slip pole lambda, or h lambda < 1 if both sides step at once. With relaxation it needs
- * h lambda tanh(|v| h / (2 sigma)) < 2; as tanh z <= min(1, z), h^2 lambda |v| < 4 sigma is enough
- * too. */
+ * slip pole lambda, or h lambda < 1 if both sides step at once. A contact with memory is a spring
+ * while it sticks: h^2 kappa lambda |v| < 4 sigma is enough too. */
 static double stable_step(const model_values *v) {
     double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
     if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
-        double reference, slope;
-        regularized_speed(v->input.speed, v->contact.minimum_speed, &reference, &slope);
-        hint = fmax(hint, sqrt(v->contact.relaxation_length / (pole * reference)));
+        const force_element_parameters *p = &v->contact;
+        double speed = fmax(fabs(v->input.speed), p->minimum_speed);
+        hint = fmax(hint, sqrt(p->relaxation_length / (p->standing_stiffness * pole * speed)));
     }
     return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
 }
@@ -131,7 +130,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
                             v->input.lateral_velocity,
                             v->input.spin_velocity};
     wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
-                            v->input.relaxed_creepage};
+                            v->input.held_traction, v->input.unslipped};
     double begin = radius * state.omega - state.speed;
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, &tolerance, &v->substep);
@@ -156,7 +155,8 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
 
     force_element_input last = v->input;
     last.omega = state.omega;
-    last.relaxed_creepage = v->input.relaxed_creepage = state.relaxed_creepage;
+    last.held_traction = v->input.held_traction = state.held_traction;
+    last.unslipped = v->input.unslipped = state.unslipped;
     force_element_evaluate(table, contact, &last, &v->output);
     v->memory = memory;
     int loaded = v->output.saturation_creepage > 0.0;
@@ -166,7 +166,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     return NULL;
 }
 
-/* A held or relaxed force needs no solution: store the step, to detect instability. */
+/* A force that is held or remembers needs no solution: store the step, to detect instability. */
 static void remember(const creep_table *table, model_values *v, double step) {
     double force = v->output.creep_force;
     slip_memory memory = judged(v);
@@ -175,7 +175,8 @@ static void remember(const creep_table *table, model_values *v, double step) {
         rolling.effective_inverse_mass =
             fmin(v->effective_inverse_mass, followed_inverse_mass(&memory));
         rolling.input.omega = v->input.speed / v->contact.radius;
-        rolling.input.relaxed_creepage = 0.0;
+        rolling.input.held_traction = 0.0;
+        rolling.input.unslipped = 1.0;
         evaluate_force(table, &rolling);
         double longest = 2.0 * rolling.step_size_hint;
         if (memory.step > longest) memory.too_long = longest;
@@ -195,8 +196,8 @@ const char *advance_force(const creep_table *table, model_values *v, double step
     if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
     remember(table, v, step);
     if (v->contact.relaxation_length > 0.0) { /* the tool applies the force at the step's end */
-        double limit = v->output.saturation_creepage;
-        v->input.relaxed_creepage = force_element_relax(&v->contact, &v->input, limit, step);
+        const char *error = force_element_advance(table, &v->contact, &v->input, step, tolerance);
+        if (error != NULL) return error;
         evaluate_force(table, v);
         v->memory.previous = v->memory.force, v->memory.force = v->output.creep_force;
     }

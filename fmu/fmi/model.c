@@ -49,8 +49,12 @@ const char TRUTH[] = "Boolean";
           contact.load_exponent), \
     FIXED("minimum_speed", "m/s", "speed below which the creepage is regularised", 1e-9, 1e3, \
           contact.minimum_speed), \
-    {"relaxation_length", "m", "distance rolled in which the force follows the creepage", 1e-6, \
-     1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_RELAXED}
+    {"relaxation_length", "m", "distance rolled by which small creepages lead the force", 1e-6, \
+     1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_REMEMBERING}, \
+    {"standing_stiffness", "1", "stiffness at standstill over that of rolling that far", 0.1, 10.0, \
+     AT(contact.standing_stiffness), FIXED_PARAMETER, IF_REMEMBERING}, \
+    {"initial_slope", "1", "initial slope of the force law in normalized creepage", 1e-3, 1e3, \
+     AT(contact.initial_slope), FIXED_PARAMETER, IF_REMEMBERING}
 
 #define FRICTION_PARAMETERS(of) \
     TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one", \
@@ -125,13 +129,17 @@ const char TRUTH[] = "Boolean";
     MADE(INDICATOR, #margin "_indicator", unit, "positive where " #flag " is true", \
          output.margin##_margin)
 
-#define RELAXATION \
-    {"relaxed_creepage", "1", "creepage that the force follows", -1e9, 1e9, \
-     AT(input.relaxed_creepage), STATE, IF_RELAXED}
+#define MEMORY \
+    {"held_traction", "1", "creep force over normal load", -1e3, 1e3, AT(input.held_traction), STATE, \
+     IF_REMEMBERING}, \
+    {"unslipped", "1", "part of the contact that has not slipped since it entered", -0.1, 1.1, \
+     AT(input.unslipped), STATE, IF_REMEMBERING}
 
-#define RELAXATION_RATE \
-    {"der(relaxed_creepage)", "1/s", "rate of change of the relaxed creepage", -LARGE, LARGE, \
-     AT(output.relaxation_rate), DERIVATIVE, IF_RELAXED}
+#define MEMORY_RATES \
+    {"der(held_traction)", "1/s", "rate of change of the held traction", -LARGE, LARGE, \
+     AT(output.traction_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(unslipped)", "1/s", "rate of change of the unslipped part", -LARGE, LARGE, \
+     AT(output.unslipped_rate), DERIVATIVE, IF_REMEMBERING}
 
 #define BODY_PARAMETERS \
     FIXED("inertia", "kg.m2", "moment of inertia about the axle, with the drive's", 1e-9, 1e12, \
@@ -178,8 +186,8 @@ static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     CONTACT_OUTPUTS,
     MADE_POSITIVE("step_size_hint", "s", "half of the largest stable communication step",
                   step_size_hint),
-    RELAXATION,
-    RELAXATION_RATE,
+    MEMORY,
+    MEMORY_RATES,
     FLAGS(INDICATOR_OF),
 };
 
@@ -190,9 +198,9 @@ static const model_variable WHEELSET_VARIABLES[] = {
     BODY_INPUTS,
     CONTACT_INPUTS,
     VELOCITIES(STATE),
-    RELAXATION,
+    MEMORY,
     BODY_RATES,
-    RELAXATION_RATE,
+    MEMORY_RATES,
     CONTACT_OUTPUTS,
     FLAGS(INDICATOR_OF),
 };
@@ -244,7 +252,7 @@ static const model_variable PAIR_VARIABLES[] = {
 /* clang-format on */
 
 int model_has(const model_variable *variable, const model_values *values) {
-    if (variable->part == IF_RELAXED) return values->contact.relaxation_length > 0.0;
+    if (variable->part == IF_REMEMBERING) return values->contact.relaxation_length > 0.0;
     int thermal =
         values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
     int falling = values->pair.slip_rate_decay > 0.0;
@@ -303,21 +311,23 @@ const model *model_of(const char *kind) {
     return NULL;
 }
 
-/* With relaxation a wheelset's slip w and its force's creepage z obey dw/dt = -lambda v z and
- * sigma dz/dt = w - v z. Euler's method is stable below 1 / lambda where they swing, and below
- * 2 sigma / v where both decay; half of that allows for sigma, which shrinks in a sliding patch. */
+/* With memory a wheelset's slip w and its force Q obey m dw/dt = -Q and sigma dQ/dt = c w - v Q,
+ * c/v being the slope of the steady force. Euler's method is stable below 1 / lambda, with the slip
+ * pole lambda, where they swing, and below 2 sigma / v where both decay. The lag shortens to a
+ * hundredth of sigma where the contact slides. */
 double model_explicit_step(const model *m, const creep_table *table, const model_values *values) {
     model_values v = *values;
     const force_element_parameters *p = &v.contact;
-    int relaxed = p->relaxation_length > 0.0;
-    double longest = relaxed ? p->relaxation_length / fabs(v.input.speed) : INFINITY;
+    int remembering = p->relaxation_length > 0.0;
+    double longest = remembering ? 0.01 * p->relaxation_length / fabs(v.input.speed) : INFINITY;
     if (!m->has_contact || v.body.inertia == 0.0) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
-    v.input.relaxed_creepage = 0.0;
+    v.input.held_traction = 0.0;
+    v.input.unslipped = 1.0;
     m->evaluate(table, &v);
     double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
     double pole = v.output.force_gradient * inverse_mass;
-    return fmin(longest, (relaxed ? 1.0 : 2.0) / pole);
+    return fmin(longest, (remembering ? 1.0 : 2.0) / pole);
 }
 
 void model_evaluate(const model *m, const creep_table *table, model_values *values) {
@@ -360,7 +370,7 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.omega)) return slip / p->radius;
         if (of == AT(input.speed) || of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
-        if (of == AT(input.relaxed_creepage)) return size + zeta0;
+        if (of == AT(input.held_traction)) return size + 0.01 * p->kinetic_friction;
         /* Without load or friction it stays so. */
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
         if (of == AT(input.friction_scale) && size == 0.0) return MIN_FRICTION_SCALE;

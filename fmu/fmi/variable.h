@@ -18,7 +18,7 @@ typedef enum {
 
 typedef enum {
     ALWAYS,
-    IF_RELAXED,
+    IF_REMEMBERING,
     IF_SPINNING,
     IF_THERMAL,
     IF_LAYERED,

@@ -53,14 +53,16 @@ static const char *advance_states(const creep_table *table, const force_element_
     wheelset_parameters body = body_of(v);
     wheelset_state state = {.omega = v->input.omega,
                             .speed = v->input.speed,
-                            .relaxed_creepage = v->input.relaxed_creepage};
+                            .held_traction = v->input.held_traction,
+                            .unslipped = v->input.unslipped};
     const char *error =
         wheelset_advance(table, contact, &body, held, &state, step, &tolerance, &v->substep);
     if (error != NULL) return error;
     v->held_tolerance = tolerance;
     v->input.omega = state.omega;
     v->input.speed = state.speed;
-    v->input.relaxed_creepage = state.relaxed_creepage;
+    v->input.held_traction = state.held_traction;
+    v->input.unslipped = state.unslipped;
     return NULL;
 }
 

@@ -13,7 +13,7 @@ static const double FARTHEST = 1e8; /* last creepage over the saturation creepag
 
 typedef struct {
     const creep_table *table;
-    force_element_parameters contact; /* without relaxation: the force is the steady one */
+    force_element_parameters contact; /* without memory: the force is the steady one */
     const wheelset_parameters *body;  /* NULL: the curve is that of the force */
     creep_conditions at;
     int wheels;         /* that differ: 1 or 2 */

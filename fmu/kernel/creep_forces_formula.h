@@ -47,8 +47,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     const force_element_input rolling = {.omega = speed * (1.0 - in->creepage_x),
                                          .speed = speed,
                                          .normal_load = in->normal_load,
-                                         .friction_scale = in->friction_scale,
-                                         .relaxed_creepage = -in->creepage_x};
+                                         .friction_scale = in->friction_scale};
     s->scale[0] = s->start.place = s->start.k_hat = s->start.layer = 0.0;
     if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
@@ -75,12 +74,13 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
         .softening_temperature = p->softening_temperature,
         .thermal_effusivity = p->thermal_effusivity,
         .elliptic = 1.0,
-        .relaxation_length = 1.0, /* the creepage is given */
     };
     double turning = speed * sqrt(0.2 * (a * a + b * b));
     slip_speeds slip =
         slip_of_parts(-speed * in->creepage_x, -speed * in->creepage_y, -turning * in->spin);
     lateral_spin_force_begin(pair->table, &ellipse, &wheel, &rolling, slip, s);
+    s->at.creepage = -in->creepage_x; /* given, at any speed */
+    s->at.x = s->at.creepage * s->at.inverse_saturation;
     if (!(s->at.kinetic > MIN_FRICTION)) s->scale[0] = 0.0;
     else lateral_spin_force_place(pair->table, -in->creepage_y, -in->spin, s);
 }

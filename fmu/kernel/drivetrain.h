@@ -22,8 +22,10 @@ typedef struct {
     double omega_left;      /* [rad/s] */
     double omega_right;     /* equals omega_left if the axle is rigid [rad/s] */
     double twist;           /* angle of the left wheel ahead of the right one [rad] */
-    double relaxed_left;    /* relaxed creepages, if the contact has a relaxation length [1] */
-    double relaxed_right;   /* [1] */
+    double traction_left;   /* held tractions of contacts with memory [1] */
+    double traction_right;  /* [1] */
+    double unslipped_left;  /* and their unslipped parts [1] */
+    double unslipped_right; /* [1] */
     double drive_torque;    /* at the axle [N.m] */
     double distance;        /* [m] */
     double drive_work;      /* of the drive torque [J] */
@@ -49,8 +51,12 @@ typedef struct {
     double creep_force_right; /* [N] */
     double creepage_left;     /* [1] */
     double creepage_right;    /* [1] */
-    double falling_left;      /* 1 if the force falls with creepage at fixed speed */
+    double falling_left;      /* 1 if the steady force falls with creepage at fixed speed */
     double falling_right;     /* [1] */
+    double steady_left;       /* creep force over load in steady rolling [1] */
+    double steady_right;      /* [1] */
+    double sticking_left;     /* part that then sticks, of a contact with memory [1] */
+    double sticking_right;    /* [1] */
     double drive_torque;      /* [N.m] */
     double axle_torque;       /* from left to right, damping included [N.m] */
     double speed_rate;        /* [m/s2] */

@@ -5,7 +5,6 @@
 
 #include "drivetrain.h"
 #include "force_element_formula.h"
-#include "relaxation.h"
 #include "rosenbrock.h"
 #include "table_points.h"
 #include "wheelset_law.h"
@@ -19,8 +18,10 @@ enum {
     LEFT = PLACE(drivetrain_state, omega_left),
     RIGHT = PLACE(drivetrain_state, omega_right),
     TWIST = PLACE(drivetrain_state, twist),
-    RELAXED_LEFT = PLACE(drivetrain_state, relaxed_left),
-    RELAXED_RIGHT = PLACE(drivetrain_state, relaxed_right),
+    TRACTION_LEFT = PLACE(drivetrain_state, traction_left),
+    TRACTION_RIGHT = PLACE(drivetrain_state, traction_right),
+    UNSLIPPED_LEFT = PLACE(drivetrain_state, unslipped_left),
+    UNSLIPPED_RIGHT = PLACE(drivetrain_state, unslipped_right),
     TORQUE = PLACE(drivetrain_state, drive_torque),
     DISTANCE = PLACE(drivetrain_state, distance),
     DRIVE = PLACE(drivetrain_state, drive_work),
@@ -30,7 +31,8 @@ enum {
 };
 /* The states come first, then the integrals; a right wheel follows its left one. */
 ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MAX_STATES && LOSS + 1 == MAX_ROWS);
-ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && RELAXED_RIGHT == RELAXED_LEFT + 1);
+ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && TRACTION_RIGHT == TRACTION_LEFT + 1 &&
+                                      UNSLIPPED_RIGHT == UNSLIPPED_LEFT + 1);
 
 enum {
     COMMANDED = PLACE(drivetrain_input, commanded_torque),
@@ -45,17 +47,19 @@ enum {
 ASSERT_LAYOUT(factors_of_the_track,
               FRICTION_RIGHT == FRICTION_LEFT + 1 && SLOPE == FRICTION_LEFT + 2);
 
-/* Contact force and relaxation of one wheel. */
+/* Contact force and memory of one wheel. */
 typedef struct {
-    double force, by_omega, by_speed, by_relaxed; /* half of those of the wheelset's contact */
-    double rate, rate_by_omega, rate_by_speed, rate_by_relaxed;
+    double force, by_omega, by_speed, by_traction; /* half of those of the wheelset's contact */
     double saturation, creepage, falling;
+    double steady, sticking;
+    /* Rates of held traction and unslipped part, and their derivatives by omega, speed and both. */
+    double rate[2], by[2][4];
 } wheel_action;
 
 /* Drivetrains with the same table, states and kind of friction. */
 typedef struct {
     const creep_table *table;
-    int elastic, relaxed, lagging, thermal, layered;
+    int elastic, remembering, lagging, thermal, layered;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
@@ -87,7 +91,21 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                  .speed = y[SPEED][l],
                                  .normal_load = p->nominal_load,
                                  .friction_scale = friction,
-                                 .relaxed_creepage = y[RELAXED_LEFT + side][l]};
+                                 .held_traction = y[TRACTION_LEFT + side][l],
+                                 .unslipped = y[UNSLIPPED_LEFT + side][l]};
+}
+
+ALWAYS_INLINE void memory_rates_of(const force_element_output *out, wheel_action *action) {
+    const double rates[2][5] = {
+        {out->traction_rate, out->traction_by_omega, out->traction_by_speed,
+         out->traction_by_traction, out->traction_by_unslipped},
+        {out->unslipped_rate, out->unslipped_by_omega, out->unslipped_by_speed,
+         out->unslipped_by_traction, out->unslipped_by_unslipped},
+    };
+    for (int k = 0; k < 2; k++) {
+        action->rate[k] = rates[k][0];
+        memcpy(action->by[k], &rates[k][1], sizeof action->by[k]);
+    }
 }
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
@@ -125,23 +143,34 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         double half = 0.5 * g->loaded[side][l];
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
-        double saturation = loaded ? out.saturation_creepage : 0.0;
-        double by_rolling = loaded ? at.log_g_by_rolling : 0.0;
-        double by_speed = loaded ? at.log_g_by_speed : 0.0;
-        relaxation_rate(&p, &in, at.slip, saturation, by_rolling, by_speed, &out);
         wheel_action action = {
             .force = half * out.creep_force,
             .by_omega = half * out.force_by_omega,
             .by_speed = half * out.force_by_speed,
-            .by_relaxed = half * out.force_by_relaxed,
-            .rate = out.relaxation_rate,
-            .rate_by_omega = out.rate_by_omega,
-            .rate_by_speed = out.rate_by_speed,
-            .rate_by_relaxed = out.rate_by_relaxed,
             .saturation = loaded ? out.saturation_creepage : 1.0,
             .creepage = out.creepage,
             .falling = loaded ? out.falling_branch : 0.0,
+            .steady = loaded ? out.steady_traction : 0.0,
         };
+        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
+    }
+    for (int l = 0; g->remembering && l < LANES; l++) {
+        TAKE(force_element_parameters, p, g->contact[side]);
+        TAKE(force_state, at, state);
+        TAKE(wheel_action, action, g->wheel[side]);
+        force_element_input in = wheel_input(g, side, y, &p, l);
+        force_element_output out;
+        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
+        finish_force(g->table, &p, &in, &at, q, &out);
+        if (g->loaded[side][l] > 0.0 && has_friction(&in)) memory_action(&p, &in, &at, &out);
+        else fade_memory(&p, &in, &out);
+        double half = 0.5 * g->loaded[side][l];
+        action.force = half * out.creep_force;
+        action.by_omega = half * out.force_by_omega;
+        action.by_speed = half * out.force_by_speed;
+        action.by_traction = half * out.force_by_traction;
+        action.sticking = out.sticking;
+        memory_rates_of(&out, &action);
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
 }
@@ -160,7 +189,8 @@ static void wheels(group *g, rows y) {
     int differ = 0;
     for (int l = 0; l < LANES; l++)
         differ |= differs(y[LEFT][l], y[RIGHT][l]) |
-                  differs(y[RELAXED_LEFT][l], y[RELAXED_RIGHT][l]) |
+                  differs(y[TRACTION_LEFT][l], y[TRACTION_RIGHT][l]) |
+                  differs(y[UNSLIPPED_LEFT][l], y[UNSLIPPED_RIGHT][l]) |
                   differs(in[LOAD_LEFT][l], in[LOAD_RIGHT][l]) |
                   differs(in[FRICTION_LEFT][l], in[FRICTION_RIGHT][l]);
     wheel(g, 0, y);
@@ -173,7 +203,8 @@ static void fill(group *g, rows y) {
     EACH_LANE (l) {
         if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
         if (!g->elastic) y[TWIST][l] = 0.0;
-        if (!g->relaxed) y[RELAXED_LEFT][l] = y[RELAXED_RIGHT][l] = 0.0;
+        for (int i = 0; !g->remembering && i < 2; i++)
+            y[TRACTION_LEFT + i][l] = y[UNSLIPPED_LEFT + i][l] = 0.0;
         if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
     }
 }
@@ -203,8 +234,6 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
         double pace = 1.0 / (g->lagging ? p.motor_lag : 1.0);
         f[SPEED][l] = held ? in.acceleration : rates.speed_rate;
         f[TORQUE][l] = (in.commanded_torque - y[TORQUE][l]) * pace;
-        f[RELAXED_LEFT][l] = a[0].rate;
-        f[RELAXED_RIGHT][l] = a[1].rate;
 
         /* J/2 d(omega)/dt = share T - r Q - b/2 omega -+ (k twist + d d(twist)/dt); half is 2/J */
         double inverse = 1.0 / p.body.inertia, half = 2.0 * inverse,
@@ -254,40 +283,31 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
             double own = -(r * a[i].by_omega + b + p.axle_damping) * half;
             double body = g->elastic ? half : inverse;
             j[SPEED][LEFT + i][l] = by_omega[i] * inverse_mass;
-            j[SPEED][RELAXED_LEFT + i][l] = a[i].by_relaxed * inverse_mass;
             j[LEFT + i][SPEED][l] = g->elastic ? -r * a[i].by_speed * half : rates.jacobian[0][1];
             j[LEFT + i][LEFT + i][l] = g->elastic ? own : rates.jacobian[0][0];
             j[LEFT + i][TWIST][l] = -sign * p.axle_stiffness * half;
-            j[LEFT + i][RELAXED_LEFT + i][l] = -r * a[i].by_relaxed * body;
-            j[LEFT + i][RELAXED_RIGHT - i][l] = g->elastic ? 0.0 : -r * a[1 - i].by_relaxed * body;
             j[LEFT + i][TORQUE][l] = g->elastic ? share[i] * half : body;
-            j[RELAXED_LEFT + i][LEFT + i][l] = a[i].rate_by_omega;
-            j[RELAXED_LEFT + i][RIGHT - i][l] = i == 1 ? one * a[i].rate_by_omega : 0.0;
-            j[RELAXED_LEFT + i][SPEED][l] = a[i].rate_by_speed;
-            j[RELAXED_LEFT + i][RELAXED_LEFT + i][l] = a[i].rate_by_relaxed;
             double creep = slip[i] * a[i].by_omega + r * a[i].force;
             double other = slip[1] * a[1].by_omega + r * a[1].force;
             j[CREEP][LEFT + i][l] = creep + (i == 0 ? one * other : 0.0);
-            j[CREEP][RELAXED_LEFT + i][l] = slip[i] * a[i].by_relaxed;
             j[DRIVE][LEFT + i][l] = y[TORQUE][l] * (share[i] + (i == 0 ? one * share[1] : 0.0));
             double loss = 2.0 * b * omega[i] + 2.0 * sign * p.axle_damping * difference;
             j[LOSS][LEFT + i][l] = loss + (i == 0 ? one * (2.0 * b * omega[1]) : 0.0);
             j[RESISTANCE][LEFT + i][l] = held ? v * by_omega[i] : 0.0;
-            j[RESISTANCE][RELAXED_LEFT + i][l] = held ? v * a[i].by_relaxed : 0.0;
         }
     }
 }
 
 static int is_elastic(const drivetrain_member *m) { return m->drivetrain->axle_stiffness > 0.0; }
 
-static int is_relaxed(const drivetrain_member *m) { return m->contact->relaxation_length > 0.0; }
+static int is_remembering(const drivetrain_member *m) { return remembers(m->contact); }
 
 static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_lag > 0.0; }
 
 static void set_kind(group *g, const drivetrain_member *member) {
     g->table = member->table;
     g->elastic = is_elastic(member);
-    g->relaxed = is_relaxed(member);
+    g->remembering = is_remembering(member);
     g->lagging = is_lagging(member);
     g->thermal = softens_with_heat(member->contact);
     g->layered = has_layer(member->contact);

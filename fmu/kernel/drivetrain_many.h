@@ -3,12 +3,42 @@
 #include "simd_dispatch.h"
 #include "track_formula.h"
 
+/* Rates of the memory of both contacts, and their part of the Jacobian. */
+static void set_memory_rates(group *g, rows y, rows f, matrix *jacobian) {
+    for (int l = 0; l < LANES; l++) {
+        TAKE(drivetrain_parameters, p, g->train);
+        double r = p.body.radius, v = y[SPEED][l];
+        double body = g->elastic ? 2.0 / p.body.inertia : 1.0 / p.body.inertia;
+        for (int i = 0; i < 2; i++) {
+            TAKE(wheel_action, a, g->wheel[i]);
+            int state[2] = {TRACTION_LEFT + i, UNSLIPPED_LEFT + i};
+            int own = g->elastic ? LEFT + i : LEFT;
+            f[state[0]][l] = a.rate[0];
+            f[state[1]][l] = a.rate[1];
+            if (!jacobian) continue;
+            lanes(*j)[MAX_STATES] = *jacobian;
+            for (int k = 0; k < 2; k++) {
+                j[state[k]][own][l] = a.by[k][0];
+                j[state[k]][SPEED][l] = a.by[k][1];
+                j[state[k]][state[0]][l] = a.by[k][2];
+                j[state[k]][state[1]][l] = a.by[k][3];
+            }
+            int held = p.body.inverse_mass == 0.0;
+            j[SPEED][state[0]][l] = a.by_traction * p.body.inverse_mass;
+            j[own][state[0]][l] = -r * a.by_traction * body;
+            j[CREEP][state[0]][l] = (r * y[LEFT + i][l] - v) * a.by_traction;
+            j[RESISTANCE][state[0]][l] = held ? v * a.by_traction : 0.0;
+        }
+    }
+}
+
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;
     fill(g, y);
     wheels(g, y);
     if (jacobian) set_rates(g, y, f, jacobian);
     else set_rates(g, y, f, NULL);
+    if (g->remembering) set_memory_rates(g, y, f, jacobian);
 }
 
 /* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
@@ -25,8 +55,10 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
             int place = g->elastic ? LEFT + i : LEFT;
             double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
             found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
-            double relaxed = fabs(y[RELAXED_LEFT + i][l]) + saturation;
-            if (g->relaxed) found += fabs(error[RELAXED_LEFT + i][l]) / relaxed;
+            double traction = fabs(y[TRACTION_LEFT + i][l]) + contact.kinetic_friction;
+            if (g->remembering)
+                found += fabs(error[TRACTION_LEFT + i][l]) / traction +
+                         fabs(error[UNSLIPPED_LEFT + i][l]);
         }
         double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
         if (g->elastic) found += fabs(error[TWIST][l]) / twist;
@@ -37,7 +69,7 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
 
 static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
     return a->table == b->table && is_elastic(a) == is_elastic(b) &&
-           is_relaxed(a) == is_relaxed(b) && is_lagging(a) == is_lagging(b) &&
+           is_remembering(a) == is_remembering(b) && is_lagging(a) == is_lagging(b) &&
            softens_with_heat(a->contact) == softens_with_heat(b->contact) &&
            has_layer(a->contact) == has_layer(b->contact);
 }
@@ -56,8 +88,7 @@ static equations equations_of(group *g) {
     place[n++] = LEFT;
     if (g->elastic) place[n++] = RIGHT;
     if (g->elastic) place[n++] = TWIST;
-    if (g->relaxed) place[n++] = RELAXED_LEFT;
-    if (g->relaxed) place[n++] = RELAXED_RIGHT;
+    for (int i = 0; g->remembering && i < 4; i++) place[n++] = TRACTION_LEFT + i;
     if (g->lagging) place[n++] = TORQUE;
     problem.states = n;
     for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
@@ -205,6 +236,10 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
             .creepage_right = a[1].creepage,
             .falling_left = a[0].falling,
             .falling_right = a[1].falling,
+            .steady_left = a[0].steady,
+            .steady_right = a[1].steady,
+            .sticking_left = a[0].sticking,
+            .sticking_right = a[1].sticking,
             .drive_torque = y[TORQUE][l],
             .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
             .speed_rate = held ? in.acceleration : rates.speed_rate,

@@ -5,7 +5,6 @@
 
 #include "force_element_formula.h"
 #include "lateral_spin_force.h"
-#include "relaxation.h"
 
 /* Without load or friction there is no force. Its derivative by a load that begins is that of a
  * patch that slides all over. */
@@ -17,11 +16,11 @@ static void evaluate_without_grip(const creep_table *table, const force_element_
     memset(out, 0, sizeof *out);
     out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
     set_kinematics(p, in, &at, out);
-    relaxation_rate(p, in, at.slip, 0.0, 0.0, 0.0, out);
+    if (remembers(p)) fade_memory(p, in, out);
     double share[2];
     if (in->normal_load >= 0.0 && has_friction(in)) {
         sliding_shares(table, p, in, &at, share);
-        out->force_by_load = share[0];
+        out->force_by_load = remembers(p) ? in->held_traction : share[0];
     }
 }
 
@@ -45,11 +44,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     add_layer(&p, &at);
     creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
-    if (p.relaxation_length > 0.0)
-        relaxation_rate(&p, in, at.slip, at.scales.saturation_creepage, at.log_g_by_rolling,
-                        at.log_g_by_speed, out);
-    else
-        out->relaxation_rate = out->rate_by_omega = out->rate_by_speed = out->rate_by_relaxed = 0.0;
+    if (remembers(&p)) memory_action(&p, in, &at, out);
 }
 
 #ifndef ONE_FILE_KERNEL

@@ -24,7 +24,9 @@ typedef struct {
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
     double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line; for T */
-    double relaxation_length;     /* sigma [m]; 0 if the force follows the creepage at once */
+    double relaxation_length;  /* sigma of small creepages at nominal load [m]; 0 without memory */
+    double standing_stiffness; /* kappa of a contact with memory, see memory.h [1] */
+    double initial_slope;      /* S0 of its law in normalized creepage [1] */
 } force_element_parameters;
 
 typedef struct {
@@ -32,7 +34,8 @@ typedef struct {
     double speed;            /* forward velocity [m/s] */
     double normal_load;      /* a negative load counts as zero [N] */
     double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
-    double relaxed_creepage; /* state, if there is a relaxation length [1] */
+    double held_traction;    /* states of a contact with memory: creep force over load [1] */
+    double unslipped;        /* part of it that has not slipped since it entered [1] */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
 } force_element_input;
@@ -44,32 +47,40 @@ typedef struct {
     double spin_moment;          /* on the wheel, about the vertical axis upwards [N.m] */
     double creepage;             /* zeta [1] */
     double traction_coefficient; /* creep force over normal load [1] */
-    double normalized_creepage;  /* x = zeta/zeta0; zeta is the relaxed creepage if relaxed [1] */
-    double force_gradient;       /* d(creep force)/d(slip velocity) at fixed speed [N.s/m] */
+    double normalized_creepage;  /* x = zeta/zeta0 [1] */
+    double force_gradient;       /* of the steady force by slip velocity at fixed speed [N.s/m] */
     double k_hat;                /* at this load, friction and slip speed [1] */
     double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
     double process_zone_ratio;   /* weakening zone over contact semi-width, as above [1] */
     double contact_temperature;  /* T, mean flash temperature by which friction falls [K] */
-    double relaxation_rate;      /* d(relaxed creepage)/dt [1/s] */
-    double falling_branch;       /* 1 if the force falls with creepage at fixed speed */
-    double speed_regularized;    /* 1 if |speed| < minimum_speed, without relaxation */
-    double k_hat_limited;        /* 1 if k_hat is held at the table's largest value */
-    double force_limited;        /* 1 if the force is held at f_s times the load */
-    double unloaded;             /* 1 if there is no load, and so no force */
-    double falling_margin;       /* each of these flags is 1 where its margin is > 0 [1] */
-    double speed_margin;         /* [m/s] */
-    double k_hat_margin;         /* [1] */
-    double force_margin;         /* of the friction coefficient [1] */
-    double load_margin;          /* [N] */
-    double force_by_omega;       /* partial derivatives of the creep force [N.s] */
-    double force_by_speed;       /* [N.s/m] */
-    double force_by_load;        /* [1] */
-    double force_by_relaxed;     /* [N] */
-    double creepage_by_omega;    /* partial derivatives of the creepage [s] */
-    double creepage_by_speed;    /* [s/m] */
-    double rate_by_omega;        /* partial derivatives of the relaxation rate [1] */
-    double rate_by_speed;        /* [1/m] */
-    double rate_by_relaxed;      /* [1/s] */
+    double steady_traction;      /* creep force over load in steady rolling [1] */
+    double sticking;          /* part of a contact with memory that sticks in steady rolling [1] */
+    double traction_rate;     /* d(held traction)/dt [1/s] */
+    double unslipped_rate;    /* d(unslipped)/dt [1/s] */
+    double falling_branch;    /* 1 if the steady force falls with creepage at fixed speed */
+    double speed_regularized; /* 1 if |speed| < minimum_speed, without memory */
+    double k_hat_limited;     /* 1 if k_hat is held at the table's largest value */
+    double force_limited;     /* 1 if the force is held at f_s times the load */
+    double unloaded;          /* 1 if there is no load, and so no force */
+    double falling_margin;    /* each of these flags is 1 where its margin is > 0 [1] */
+    double speed_margin;      /* [m/s] */
+    double k_hat_margin;      /* [1] */
+    double force_margin;      /* of the friction coefficient [1] */
+    double load_margin;       /* [N] */
+    double force_by_omega;    /* partial derivatives of the creep force [N.s] */
+    double force_by_speed;    /* [N.s/m] */
+    double force_by_load;     /* [1] */
+    double force_by_traction; /* [N] */
+    double creepage_by_omega; /* partial derivatives of the creepage [s] */
+    double creepage_by_speed; /* [s/m] */
+    double traction_by_omega; /* partial derivatives of the traction rate [1] */
+    double traction_by_speed; /* [1/m] */
+    double traction_by_traction; /* [1/s] */
+    double traction_by_unslipped;
+    double unslipped_by_omega;    /* and of the unslipped rate [1] */
+    double unslipped_by_speed;    /* [1/m] */
+    double unslipped_by_traction; /* [1/s] */
+    double unslipped_by_unslipped;
 } force_element_output;
 
 /* A smaller friction scale counts as zero: the scales of its contact would overflow. */
@@ -122,17 +133,12 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 force_element_output *output);
 
 /* Exact changes of the output's members from the creep force to the traction coefficient, and of
- * the relaxation rate, when the input changes along a direction; output must belong to it. */
+ * both rates of the memory, when the input changes along a direction; output must belong to it. */
 CONTACTLIB_API void force_element_tangent(const creep_table *table,
                                           const force_element_parameters *parameters,
                                           const force_element_input *input,
                                           const force_element_output *output,
                                           const force_element_input *input_direction,
                                           force_element_output *change);
-
-/* Exact relaxed creepage after a step during which everything else is constant. */
-CONTACTLIB_API double force_element_relax(const force_element_parameters *parameters,
-                                          const force_element_input *input,
-                                          double saturation_creepage, double step);
 
 #endif

@@ -7,7 +7,7 @@
 
 #include "force_element.h"
 #include "heat.h"
-#include "relaxation.h"
+#include "memory.h"
 #include "simd_math.h"
 #include "softening.h"
 
@@ -41,6 +41,7 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     double growth = growth_with_load(load / p->nominal_load, p->load_exponent);
     there.semi_width *= growth;
     there.peak_pressure *= growth;
+    there.relaxation_length *= growth;
     there.nominal_load = load;
     return there;
 }
@@ -219,7 +220,6 @@ typedef struct {
     double speed_slope;       /* d(reference)/d(speed) [1] */
     double inverse_speed;     /* 1/reference [s/m] */
     double reference;         /* reference speed of the creepage [m/s] */
-    double acting;            /* creepage that the force follows [1] */
     double kinetic;           /* f_d at this friction scale and slip speed [1] */
     double log_g_by_rolling;  /* derivatives of ln(g), g being the factor on friction: by omega r */
     double log_g_by_speed;    /* at fixed speed, by the speed at fixed omega [s/m], */
@@ -241,10 +241,10 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     force_state at;
     double k_max = table->one_axis ? INFINITY : table->k_max;
     at.slip = slip_of(p, in);
-    regularized_speed(in->speed, p->minimum_speed, &at.reference, &at.speed_slope);
+    double slowest = remembers(p) ? STANDSTILL : p->minimum_speed;
+    regularized_speed(in->speed, slowest, &at.reference, &at.speed_slope);
     at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
-    at.acting = p->relaxation_length > 0.0 ? in->relaxed_creepage : at.creepage;
     at.log_g_by_rolling = fall->by_slip * along + fall->by_rolling;
     at.log_g_by_speed = fall->by_speed - fall->by_slip * along;
     at.log_g_by_log_load =
@@ -253,7 +253,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.kinetic = fall->scale * p->kinetic_friction;
     at.scales = scaled(scales, fall->scale, fall->inverse);
     at.inverse_saturation = 1.0 / scales.saturation_creepage * fall->inverse;
-    at.x = at.acting * at.inverse_saturation;
+    at.x = at.creepage * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
     at.by_others = 0.0;
     at.place = softened_at(p->softening, at.x, at.k_hat);
@@ -273,8 +273,8 @@ ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force
     out->creepage = at->creepage;
     out->creepage_by_omega = p->radius * at->inverse_speed;
     out->creepage_by_speed = -(1.0 + at->creepage * at->speed_slope) * at->inverse_speed;
-    /* The relaxation needs no regularised speed. */
-    out->speed_margin = p->relaxation_length > 0.0 ? -1.0 : below;
+    /* A contact with memory needs no regularised speed. */
+    out->speed_margin = remembers(p) ? -1.0 : below;
     out->speed_regularized = out->speed_margin > 0.0 ? 1.0 : 0.0;
     out->load_margin = 1e-100 - in->normal_load; /* an indicator must not stay at zero */
     out->unloaded = out->load_margin > 0.0 ? 1.0 : 0.0;
@@ -293,19 +293,18 @@ static inline void sliding_shares(const creep_table *table, const force_element_
                                   double share[2]) {
     double across = table->lateral_spin != NULL ? -in->lateral_velocity * at->inverse_speed : 0.0;
     double size =
-        across == 0.0 ? fabs(at->acting) : sqrt(at->acting * at->acting + across * across);
+        across == 0.0 ? fabs(at->creepage) : sqrt(at->creepage * at->creepage + across * across);
     double coefficient = size > 0.0 ? sliding_coefficient(table, p, at->kinetic) : 0.0;
-    share[0] = size > 0.0 ? coefficient * (at->acting / size) : 0.0;
+    share[0] = size > 0.0 ? coefficient * (at->creepage / size) : 0.0;
     share[1] = size > 0.0 ? coefficient * (across / size) : 0.0;
 }
 
-/* All outputs except those of the relaxation, from the table's value. */
+/* All outputs from the table's value, those of steady rolling; memory_action adds the rest. */
 ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_parameters *p,
                                 const force_element_input *in, const force_state *at, creep_value q,
                                 force_element_output *out) {
     double zeta0 = at->scales.saturation_creepage, x = at->x;
     q = at_softened_place(at->place, q);
-    int relaxed = p->relaxation_length > 0.0;
     double k_margin = at->scales.k_hat - table->k_max;
     out->k_hat_margin = table->one_axis ? -1.0 : k_margin;
     int k_limited = out->k_hat_margin > 0.0;
@@ -348,12 +347,111 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
         at->kinetic * (q.traction_ratio - p->load_exponent * x * q.slope -
                        p->load_exponent * q.log_layer_derivative +
                        log_k_by_log_load * q.log_k_derivative + by_log_g * at->log_g_by_log_load);
-    double straight = by_creepage * out->creepage_by_omega;
-    double speed_through_g = sliding * (by_log_g * at->log_g_by_speed);
-    double by_speed = per_creepage * q.slope * out->creepage_by_speed + speed_through_g;
-    out->force_by_omega = relaxed ? sliding * through_g * p->radius : straight;
-    out->force_by_speed = relaxed ? speed_through_g : by_speed;
-    out->force_by_relaxed = relaxed ? per_creepage * q.slope : 0.0;
+    out->force_by_omega = by_creepage * out->creepage_by_omega;
+    out->force_by_speed =
+        per_creepage * q.slope * out->creepage_by_speed + sliding * (by_log_g * at->log_g_by_speed);
+    out->steady_traction = out->traction_coefficient;
+    out->sticking = out->traction_rate = out->unslipped_rate = 0.0;
+    out->force_by_traction = 0.0;
+    out->traction_by_omega = out->traction_by_speed = 0.0;
+    out->traction_by_traction = out->traction_by_unslipped = 0.0;
+    out->unslipped_by_omega = out->unslipped_by_speed = 0.0;
+    out->unslipped_by_traction = out->unslipped_by_unslipped = 0.0;
+}
+
+/* Flow of the memory at a steady state, and what its arguments are. */
+typedef struct {
+    memory_flow flow;
+    double sign, x, ratio, weakening, q, pace;
+} memory_place;
+
+ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
+                                     const force_element_input *in, const force_state *at,
+                                     double steady_traction) {
+    const double tiny = 1e-12; /* normalized creepage; the flow has a limit at zero */
+    memory_place m;
+    double along = steady_traction == 0.0 ? at->x : steady_traction;
+    m.sign = along < 0.0 ? -1.0 : 1.0;
+    m.x = fabs(at->x) + tiny;
+    m.ratio = m.sign * steady_traction / at->kinetic + p->initial_slope * tiny;
+    m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
+    m.q = m.sign * in->held_traction / at->kinetic;
+    m.pace = fabs(in->speed) / p->relaxation_length;
+    m.flow = memory_flow_at(p, m.x, m.ratio, at->k_hat, m.weakening, m.q, in->unslipped, m.pace);
+    return m;
+}
+
+/* Changes of the two rates as the arguments change, log_g being that of ln(f_d). */
+ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
+                                 const double change[MEMORY_ARGUMENTS], double log_g,
+                                 double rate[2]) {
+    for (int i = 0; i < 2; i++) {
+        rate[i] = 0.0;
+        for (int k = 0; k < MEMORY_ARGUMENTS; k++) rate[i] += m->flow.by[i][k] * change[k];
+    }
+    rate[0] = m->sign * at->kinetic * (rate[0] + m->flow.rate[0] * log_g);
+}
+
+/* Replace the steady force by that of a contact with memory; parameters are those at the load. */
+ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_element_input *in,
+                                 const force_state *at, force_element_output *out) {
+    memory_place m = memory_at(p, in, at, out->steady_traction);
+    double load = in->normal_load, kinetic = at->kinetic, per_force = 1.0 / (kinetic * load);
+    double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5, steady = out->steady_traction;
+    double direction = at->x < 0.0 ? -1.0 : 1.0;
+    double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
+    double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
+    double force[2] = {out->force_by_omega, out->force_by_speed};
+    double rate[4][2];
+    for (int i = 0; i < 4; i++) {
+        double change[MEMORY_ARGUMENTS] = {0.0};
+        double g = i < 2 ? log_g[i & 1] : 0.0;
+        if (i < 2) {
+            change[BY_X] = direction * (creepage[i] * at->inverse_saturation - at->x * g);
+            change[BY_RATIO] = m.sign * (force[i] * per_force - steady / kinetic * g);
+            change[BY_K] = at->k_hat * log_k * g;
+            change[BY_WEAKENING] = -m.weakening * g;
+            change[BY_TRACTION] = -m.q * g;
+        }
+        if (i == 1) change[BY_PACE] = copysign(1.0 / p->relaxation_length, in->speed);
+        if (i == 2) change[BY_TRACTION] = m.sign / kinetic;
+        if (i == 3) change[BY_UNSLIPPED] = 1.0;
+        memory_change(&m, at, change, g, rate[i]);
+    }
+    out->sticking = m.flow.sticking;
+    out->traction_rate = m.sign * kinetic * m.flow.rate[0];
+    out->unslipped_rate = m.flow.rate[1];
+    out->traction_by_omega = rate[0][0];
+    out->unslipped_by_omega = rate[0][1];
+    out->traction_by_speed = rate[1][0];
+    out->unslipped_by_speed = rate[1][1];
+    out->traction_by_traction = rate[2][0];
+    out->unslipped_by_traction = rate[2][1];
+    out->traction_by_unslipped = rate[3][0];
+    out->unslipped_by_unslipped = rate[3][1];
+
+    out->traction_coefficient = in->held_traction;
+    out->creep_force = load * in->held_traction;
+    out->wheel_torque = -p->radius * out->creep_force;
+    out->force_by_load = in->held_traction;
+    out->force_by_traction = load;
+    out->force_by_omega = out->force_by_speed = 0.0;
+}
+
+/* Without load or friction the memory fades with the distance that the surfaces move. */
+ALWAYS_INLINE void fade_memory(const force_element_parameters *p, const force_element_input *in,
+                               force_element_output *out) {
+    double slip = slip_of(p, in), per = 1.0 / p->relaxation_length;
+    double pace = (fabs(slip) + fabs(in->speed)) * per, turn = copysign(per, slip);
+    double by_omega = p->radius * turn, by_speed = copysign(per, in->speed) - turn;
+    double missing = 1.0 - in->unslipped;
+    out->traction_rate = -pace * in->held_traction;
+    out->unslipped_rate = pace * missing;
+    out->traction_by_omega = -by_omega * in->held_traction;
+    out->traction_by_speed = -by_speed * in->held_traction;
+    out->traction_by_traction = out->unslipped_by_unslipped = -pace;
+    out->unslipped_by_omega = by_omega * missing;
+    out->unslipped_by_speed = by_speed * missing;
 }
 
 /* g has a kink at zero slip; the force has none, as it is zero there. */

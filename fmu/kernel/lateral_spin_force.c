@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "relaxation.h"
-
 /* Direction of rolling: -1 or 1 above the minimum speed. Rolling backwards is rolling forwards
  * after half a turn, which reverses slip and force but neither spin nor moment. */
 static double direction_at(const force_element_input *in, const lateral_spin_force *s) {
@@ -56,8 +54,7 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     out->force_by_speed +=
         s.scale[0] * (by[1] * s.creepage[1] * slower + by[2] * turn_with_speed(in, &s));
     out->force_by_load -= at->kinetic * growth * by[1] * s.creepage[1];
-    relaxation_rate(p, in, at->slip, at->scales.saturation_creepage, at->log_g_by_rolling,
-                    at->log_g_by_speed, out);
+    if (remembers(p)) memory_action(p, in, at, out);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -120,8 +117,9 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                            const force_element_input *in, const force_element_output *out,
                            const force_element_input *din, force_element_output *dout) {
     static const lateral_spin_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
-    double dlog_zeta0 = 0.0, drolling = p->radius * din->omega;
+    double drolling = p->radius * din->omega;
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
+    dout->traction_rate = dout->unslipped_rate = 0.0;
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
     if (can_grip(p, in)) {
         creep_table any = *table;
@@ -143,11 +141,9 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         double dlog_kinetic = dlog_friction * (1.0 + by_log_friction) + g->by_slip * dslip +
                               g->by_rolling * drolling + g->by_speed * din->speed +
                               s.at.log_g_by_log_load * dlog_load;
-        dlog_zeta0 = dlog_kinetic + dlog_width;
         double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
-        double dacting = p->relaxation_length > 0.0 ? din->relaxed_creepage : dout->creepage;
         /* At constant friction: */
-        double dl[3] = {dacting * s.per[0] - s.creepage[0] * dlog_width,
+        double dl[3] = {dout->creepage * s.per[0] - s.creepage[0] * dlog_width,
                         s.creepage[1] * (slower - dlog_width) -
                             s.per[1] * s.at.inverse_speed * din->lateral_velocity,
                         turn_with_speed(in, &s) * din->speed -
@@ -165,15 +161,42 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         dout->lateral_force = scale[1] * dforce[1];
         dout->spin_moment =
             scale[2] * (direction * dforce[2] + force[2] * (direction * dlog_width + turned));
+        if (remembers(p)) {
+            force_state *at = &s.at;
+            memory_place m = memory_at(&there, in, at, at->kinetic * force[0]);
+            double toward = at->x < 0.0 ? -1.0 : 1.0, change[MEMORY_ARGUMENTS], rate[2];
+            double log_k = at->k_hat < at->scales.k_hat ? 0.0 : 1.0;
+            change[BY_X] = toward * (dl[0] - at->x * dlog_kinetic);
+            change[BY_RATIO] = m.sign * (dforce[0] - force[0] * (dlog_load + dlog_kinetic));
+            change[BY_K] = -at->k_hat * log_k * (0.5 * dlog_kinetic + dlog_width);
+            change[BY_WEAKENING] = -m.weakening * (dlog_kinetic + 2.0 * dlog_width);
+            change[BY_TRACTION] = m.sign * din->held_traction / at->kinetic - m.q * dlog_kinetic;
+            change[BY_UNSLIPPED] = din->unslipped;
+            change[BY_PACE] =
+                copysign(din->speed, in->speed * din->speed) / there.relaxation_length -
+                m.pace * dlog_width;
+            memory_change(&m, at, change, dlog_kinetic, rate);
+            dout->traction_rate = rate[0];
+            dout->unslipped_rate = rate[1];
+            dout->traction_coefficient = din->held_traction;
+            dout->creep_force =
+                in->held_traction * din->normal_load + in->normal_load * din->held_traction;
+        }
     } else {
         begin_to_grip(table, p, in, din, dout);
+        if (remembers(p)) {
+            dout->creep_force = is_loaded(p, in->normal_load)
+                                    ? 0.0
+                                    : in->held_traction * larger(din->normal_load, 0.0);
+            dout->traction_coefficient = 0.0;
+            dout->traction_rate = out->traction_by_omega * din->omega +
+                                  out->traction_by_speed * din->speed +
+                                  out->traction_by_traction * din->held_traction;
+            dout->unslipped_rate = out->unslipped_by_omega * din->omega +
+                                   out->unslipped_by_speed * din->speed +
+                                   out->unslipped_by_unslipped * din->unslipped;
+        }
     }
     dout->wheel_torque = -p->radius * dout->creep_force;
-    force_element_output held; /* at a constant saturation creepage */
-    double by_log_zeta0 =
-        relaxation_rate(p, in, slip_of(p, in), out->saturation_creepage, 0.0, 0.0, &held);
-    dout->relaxation_rate = held.rate_by_omega * din->omega + held.rate_by_speed * din->speed +
-                            held.rate_by_relaxed * din->relaxed_creepage +
-                            by_log_zeta0 * dlog_zeta0;
 }
 #endif /* ONE_FILE_KERNEL */

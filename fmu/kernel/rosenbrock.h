@@ -21,7 +21,7 @@
 
 #include "simd_math.h"
 
-enum { MAX_STATES = 7, MAX_ROWS = 12, MAX_SUBSTEPS = 100000 };
+enum { MAX_STATES = 9, MAX_ROWS = 14, MAX_SUBSTEPS = 100000 };
 
 #if LANES > 1 && defined(__GNUC__)
 typedef double lanes[LANES] __attribute__((aligned(64))); /* else vectors lie across cache lines */

@@ -2,7 +2,6 @@
 #include "creep_forces_formula.h"
 #include "force_element_formula.h"
 #include "lateral_spin_force.h"
-#include "relaxation.h"
 #include "simd_dispatch.h"
 #include "table_points.h"
 
@@ -64,8 +63,11 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                 continue;
             }
             finish_force(table, parameters, &in[i], &at[i], q, out);
-            relaxation_rate(parameters, &in[i], at[i].slip, at[i].scales.saturation_creepage,
-                            at[i].log_g_by_rolling, at[i].log_g_by_speed, out);
+            if (remembers(parameters)) {
+                p = force_element_at_load(parameters, in[i].normal_load);
+                scales = contact_scales_of(&p);
+                memory_action(&p, &in[i], &at[i], out);
+            }
         }
     }
 }

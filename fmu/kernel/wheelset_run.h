@@ -86,7 +86,7 @@ CONTACTLIB_API wheelset_run *wheelset_run_begin(const drivetrain_member *member,
                                                 const run_stretch *given, const run_row *first);
 CONTACTLIB_API void wheelset_run_free(wheelset_run *run);
 
-/* Go on with a run whose axle is rigid, without motor lag and relaxation. Writes rows, the first
+/* Go on with a run whose axle is rigid, without motor lag and memory. Writes rows, the first
  * one too, until there is no room, an event happens or the run ends; sets the status, and the
  * events of the last step if all of its rows are written. Returns the number of rows. */
 CONTACTLIB_API size_t wheelset_run_rows(wheelset_run *run, size_t room, run_row *rows, int *status,

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define LANES 1
+#include "memory.h"
 #include "rosenbrock.h"
 
 /* The equations of motion and everything that is held over a step. */
@@ -18,14 +19,8 @@ typedef struct {
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     const wheelset_input *held = m->input;
-    int relaxed = m->contact->relaxation_length > 0.0;
-    force_element_input in = {y[0][0],
-                              y[1][0],
-                              held->normal_load,
-                              held->friction_scale,
-                              relaxed ? y[2][0] : 0.0,
-                              held->lateral_velocity,
-                              held->spin_velocity};
+    force_element_input in = {y[0][0], y[1][0], held->normal_load,      held->friction_scale,
+                              y[2][0], y[3][0], held->lateral_velocity, held->spin_velocity};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);
@@ -33,18 +28,25 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
                     &rates);
     f[0][0] = rates.omega_rate;
     f[1][0] = rates.speed_rate;
-    f[2][0] = out.relaxation_rate;
+    f[2][0] = out.traction_rate;
+    f[3][0] = out.unslipped_rate;
     if (!jacobian) return;
     /* Without contact the equations are not stiff, and the slip's accuracy does not matter. */
     m->saturation_creepage = out.saturation_creepage > 0.0 ? out.saturation_creepage : 1.0;
     lanes(*j)[MAX_STATES] = *jacobian;
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < 2; k++) j[i][k][0] = rates.jacobian[i][k];
-    j[0][2][0] = -m->body->radius * out.force_by_relaxed / m->body->inertia;
-    j[1][2][0] = out.force_by_relaxed * m->body->inverse_mass;
-    j[2][0][0] = out.rate_by_omega;
-    j[2][1][0] = out.rate_by_speed;
-    j[2][2][0] = out.rate_by_relaxed;
+    j[0][2][0] = -m->body->radius * out.force_by_traction / m->body->inertia;
+    j[1][2][0] = out.force_by_traction * m->body->inverse_mass;
+    j[0][3][0] = j[1][3][0] = 0.0;
+    j[2][0][0] = out.traction_by_omega;
+    j[2][1][0] = out.traction_by_speed;
+    j[2][2][0] = out.traction_by_traction;
+    j[2][3][0] = out.traction_by_unslipped;
+    j[3][0][0] = out.unslipped_by_omega;
+    j[3][1][0] = out.unslipped_by_speed;
+    j[3][2][0] = out.unslipped_by_traction;
+    j[3][3][0] = out.unslipped_by_unslipped;
 }
 
 static void error_size(void *model, rows y, rows error, lanes size) {
@@ -53,14 +55,15 @@ static void error_size(void *model, rows y, rows error, lanes size) {
     double slip = fabs(radius * y[0][0] - y[1][0]), speed = fabs(y[1][0]) + floor;
     size[0] = fabs(radius * error[0][0] - error[1][0]) / (slip + m->saturation_creepage * speed) +
               fabs(error[1][0]) / speed;
-    if (m->contact->relaxation_length > 0.0)
-        size[0] += fabs(error[2][0]) / (fabs(y[2][0]) + m->saturation_creepage);
+    if (remembers(m->contact))
+        size[0] +=
+            fabs(error[2][0]) / (fabs(y[2][0]) + m->contact->kinetic_friction) + fabs(error[3][0]);
 }
 
-/* The tolerance of the next substep. A relaxed wheel at almost zero speed oscillates on its contact
- * almost undamped, at some 100 Hz, and resolving these oscillations over a long step would need any
- * number of substeps. With a coarse tolerance the method damps the oscillations and preserves their
- * mean, which is sufficient for such long steps. */
+/* The tolerance of the next substep. A wheel that remembers swings at almost zero speed on its
+ * contact almost undamped, at some 100 Hz, and resolving these oscillations over a long step would
+ * need any number of substeps. With a coarse tolerance the method damps the oscillations and
+ * preserves their mean, which is sufficient for such long steps. */
 static double held_tolerance(double required, double count) {
     return count < 0.4 * MAX_SUBSTEPS   ? required
            : count < 0.6 * MAX_SUBSTEPS ? fmax(required, 1e-4)
@@ -68,33 +71,72 @@ static double held_tolerance(double required, double count) {
                                         : fmax(required, 1e-1);
 }
 
+/* Advance a run by a step; see wheelset_advance. */
+static const char *advance(const equations *problem, integration *run, double step,
+                           double *tolerance, double *substep) {
+    double held = *tolerance;
+    run->left[0] = step;
+    run->h[0] = *substep > 0.0 ? *substep : step;
+    while (run->left[0] > 0.0) {
+        if (run->count[0] >= MAX_SUBSTEPS) {
+            *substep = step - run->left[0];
+            return "the tolerance is not met within 100000 substeps";
+        }
+        held = held_tolerance(*tolerance, run->count[0]);
+        rosenbrock_substep(problem, run, held);
+    }
+    *tolerance = held;
+    *substep = run->h[0];
+    return NULL;
+}
+
 const char *wheelset_advance(const creep_table *table, const force_element_parameters *contact,
                              const wheelset_parameters *body, const wheelset_input *input,
                              wheelset_state *state, double step, double *tolerance,
                              double *substep) {
     motion m = {table, contact, body, input, 1.0};
-    int states = contact->relaxation_length > 0.0 ? 3 : 2;
-    equations problem = {states, states, {0, 1, 2}, &m, evaluate, error_size};
+    int states = remembers(contact) ? 4 : 2;
+    equations problem = {states, states, {0, 1, 2, 3}, &m, evaluate, error_size};
     integration run;
-    double held = *tolerance;
     memset(&run, 0, sizeof run);
     run.y[0][0] = state->omega;
     run.y[1][0] = state->speed;
-    run.y[2][0] = state->relaxed_creepage;
-    run.left[0] = step;
-    run.h[0] = *substep > 0.0 ? *substep : step;
-    while (run.left[0] > 0.0) {
-        if (run.count[0] >= MAX_SUBSTEPS) {
-            *substep = step - run.left[0];
-            return "the tolerance is not met within 100000 substeps";
-        }
-        held = held_tolerance(*tolerance, run.count[0]);
-        rosenbrock_substep(&problem, &run, held);
-    }
-    *tolerance = held;
-    *substep = run.h[0];
+    run.y[2][0] = state->held_traction;
+    run.y[3][0] = state->unslipped;
+    const char *error = advance(&problem, &run, step, tolerance, substep);
+    if (error != NULL) return error;
     state->omega = run.y[0][0];
     state->speed = run.y[1][0];
-    state->relaxed_creepage = run.y[2][0];
+    state->held_traction = run.y[2][0];
+    state->unslipped = run.y[3][0];
+    return NULL;
+}
+
+const char *force_element_advance(const creep_table *table, const force_element_parameters *contact,
+                                  force_element_input *input, double step, double tolerance) {
+    wheelset_parameters body;
+    memset(&body, 0, sizeof body); /* the velocities are held */
+    body.radius = contact->radius;
+    body.inertia = 1.0;
+    body.minimum_speed = contact->minimum_speed;
+    wheelset_input given = {0.0,
+                            0.0,
+                            input->normal_load,
+                            input->friction_scale,
+                            input->lateral_velocity,
+                            input->spin_velocity};
+    motion m = {table, contact, &body, &given, 1.0};
+    equations problem = {2, 2, {2, 3}, &m, evaluate, error_size};
+    integration run;
+    double substep = 0.0;
+    memset(&run, 0, sizeof run);
+    run.y[0][0] = input->omega;
+    run.y[1][0] = input->speed;
+    run.y[2][0] = input->held_traction;
+    run.y[3][0] = input->unslipped;
+    const char *error = advance(&problem, &run, step, &tolerance, &substep);
+    if (error != NULL) return error;
+    input->held_traction = run.y[2][0];
+    input->unslipped = run.y[3][0];
     return NULL;
 }

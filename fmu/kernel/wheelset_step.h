@@ -1,13 +1,14 @@
-/* Time integration of a wheelset and the relaxation of its contact, stable at any step. */
+/* Time integration of a wheelset and the memory of its contact, stable at any step. */
 #ifndef WHEELSET_STEP_H
 #define WHEELSET_STEP_H
 
 #include "wheelset.h"
 
 typedef struct {
-    double omega;            /* [rad/s] */
-    double speed;            /* [m/s] */
-    double relaxed_creepage; /* constant if the contact has no relaxation length [1] */
+    double omega;         /* [rad/s] */
+    double speed;         /* [m/s] */
+    double held_traction; /* this and the next are constant without memory [1] */
+    double unslipped;     /* [1] */
 } wheelset_state;
 
 /* Held over the step. */
@@ -21,8 +22,8 @@ typedef struct {
 } wheelset_input;
 
 /* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
- * saturation, to the speed plus the minimum speed, to the relaxed creepage plus the saturation
- * creepage. It returns the one that was held, which is larger after very many substeps. substep is
+ * saturation, to the speed plus the minimum speed, to the held traction plus kinetic friction. It
+ * returns the one that was held, which is larger after very many substeps. substep is
  * the length to try first (0: not known) and returns the one to try next. Returns NULL, or why the
  * step failed; the state is then unchanged. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
@@ -30,5 +31,12 @@ CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
                                             const wheelset_parameters *body,
                                             const wheelset_input *input, wheelset_state *state,
                                             double step, double *tolerance, double *substep);
+
+/* Advance the memory of a contact by one step with held velocities, load and friction. Returns
+ * NULL, or why it failed. */
+CONTACTLIB_API const char *force_element_advance(const creep_table *table,
+                                                 const force_element_parameters *contact,
+                                                 force_element_input *input, double step,
+                                                 double tolerance);
 
 #endif

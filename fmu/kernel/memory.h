@@ -1,0 +1,157 @@
+/* Rolling that is not steady: a contact that remembers what it rolled over.
+ *
+ * Two states: the creep force over the load, and the part of the contact that has not slipped since
+ * it entered. In steady rolling the force is exactly that of the law. With lengths over the
+ * semi-width a, s the distance rolled, x > 0 the normalized creepage, q the state of the force over
+ * f_d, h the unslipped part and Q(x) the steady law of initial slope S0:
+ *
+ *     G = Q + (h - m)+ (F - Q)+,      dq/ds = (G - q)/(sigma L),
+ *     dh/ds = 2.5 (h' - h)/sigma      while h is below h', and else
+ *           = -1.25 (x/D) r^4 (h - m).
+ *
+ * m = 2 Q/(S0 x) - 1 is the part that sticks in steady rolling (exact for Carter's law), D the
+ * weakening length over a zeta0, r = q/G, and F the strength of a contact that has not slipped: the
+ * parabola of Carter's law with f_s, but at most 1 + 3 E R/sqrt(E^2 + R^2), R = f_s/f_d - 1 and
+ * E = 3 (k_hat/sqrt(2))^(4/3), which is the force by which a short line contact that stands still
+ * exceeds f_d P before it breaks loose. h' is m, and up to 1 while the force opposes the creepage,
+ * as the whole contact then sticks.
+ *
+ * sigma L is the length of the lag. With s = G/(S0 x), y = 1 - r and kappa, the stiffness of
+ * a contact that stands still over S0/sigma,
+ *
+ *     L = m' (1 + (1/kappa - 1) y^4) + (s - m') y^(2/3)/kappa   for 0 <= r < 1,
+ *     L = y s/(kappa + 0.7 s |r|)                               for r < 0,
+ *     L = m'                                                    for r >= 1,
+ *
+ * where m' is m, but at least the distance D/x over which friction weakens in full slip. So small
+ * creepages lag by sigma; a sliding contact follows within D/x; and without rolling (x -> infinity
+ * at a given displacement x s) a force that begins at zero is Mindlin's, 1 - (1 - 2 kappa S0 x s/
+ * (3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work q x >= d(sigma q^2/(2 kappa
+ * S0))/ds, so no history yields energy. Of the constants kappa and sigma follow from the
+ * half-space; 2.5, 1.25, 0.7, the power of y and the 3 were fitted to transient solutions. */
+#ifndef MEMORY_H
+#define MEMORY_H
+
+#include <math.h>
+
+#include "force_element.h"
+#include "simd_math.h"
+
+/* Speed below which a contact that remembers does not distinguish creepages [m/s]. */
+static const double STANDSTILL = 1e-6;
+
+ALWAYS_INLINE int remembers(const force_element_parameters *p) {
+    return p->relaxation_length > 0.0;
+}
+
+/* What the rates depend on, and their changes by each. */
+enum { BY_X, BY_RATIO, BY_K, BY_WEAKENING, BY_TRACTION, BY_UNSLIPPED, BY_PACE, MEMORY_ARGUMENTS };
+
+typedef struct {
+    double rate[2];                 /* of q and h [1/s] */
+    double by[2][MEMORY_ARGUMENTS]; /* their derivatives */
+    double sticking;                /* m [1] */
+} memory_flow;
+
+/* Rates at x > 0, where Q is the ratio; q is positive in the direction of the creepage, and pace is
+ * the speed over sigma a. */
+ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, double x, double ratio,
+                                         double k, double weakening, double q, double h,
+                                         double pace) {
+    const double least = 0.01, slope = p->initial_slope, kappa = p->standing_stiffness;
+    double sigma = p->relaxation_length / p->semi_width;
+    double excess = p->static_friction / p->kinetic_friction - 1.0, most = 1.0 + excess;
+    int weakens = (excess > 0.0) & (k > 0.0) & (weakening > 0.0);
+    double per = 1.0 / (slope * x);
+
+    double raw = 2.0 * ratio * per - 1.0, m = smaller(larger(raw, 0.0), 1.0);
+    int open = (raw > 0.0) & (raw < 1.0);
+    double m_ratio = open ? 2.0 * per : 0.0, m_x = open ? -2.0 * ratio * per / x : 0.0;
+
+    /* Strength of the contact with its unslipped part. */
+    double z = smaller(0.5 * slope * x / most, 1.0), parabola = most * z * (2.0 - z);
+    double e = weakens ? 1.8898815748423097 * k * cube_root(weakens ? k : 1.0) : 0.0; /* E */
+    double root = sqrt(e * e + excess * excess), inverse = 1.0 / (root > 0.0 ? root : 1.0);
+    double most_at_rest = 1.0 + 3.0 * e * excess * inverse;
+    int limited = most_at_rest < parabola;
+    double above = (limited ? most_at_rest : parabola) - ratio, more = h - m;
+    int stronger = weakens & (more > 0.0) & (above > 0.0);
+    more = stronger ? more : 0.0;
+    above = stronger ? above : 0.0;
+    double strength = ratio + more * above; /* G */
+    double strength_ratio = 1.0 - m_ratio * above - more;
+    double strength_x = -m_x * above + (limited ? 0.0 : more * slope * (1.0 - z));
+    double cube = excess * inverse;
+    double strength_k =
+        (limited & stronger) ? more * 4.0 * cube * cube * cube * (e / (weakens ? k : 1.0)) : 0.0;
+
+    /* Length of the lag, and its derivatives by m', s and r. */
+    double secant = strength * per;
+    double after = weakening / (x * sigma);
+    int by_stick = (m >= after) & (m >= least), by_slip = !by_stick & (after > least);
+    double part = by_stick ? m : by_slip ? after : least;
+    int whole = part > secant;
+    part = whole ? secant : part;
+    double part_ratio = (by_stick & !whole) ? m_ratio : 0.0;
+    double part_x = whole ? 0.0 : by_stick ? m_x : by_slip ? -after / x : 0.0;
+    double part_weakening = (by_slip & !whole) ? 1.0 / (x * sigma) : 0.0;
+    double r = q / strength, y = larger(1.0 - r, 1e-9);
+    int against = r < 0.0, beyond = r >= 1.0;
+    double third = cube_root(y), two_thirds = third * third, soft = 1.0 / kappa - 1.0;
+    double over = larger(q - most, 0.0), brake = 1.0 / (1.0 + 100.0 * over);
+    double base = kappa - 0.7 * r * secant, per_base = 1.0 / (against ? base : 1.0);
+    double power = y * y * y, rest = (secant - part) / kappa;
+    double length = against  ? y * secant * per_base
+                    : beyond ? part * brake
+                             : part * (1.0 + soft * power * y) + rest * two_thirds;
+    double l_part = against ? 0.0 : beyond ? brake : 1.0 + soft * power * y - two_thirds / kappa;
+    double l_secant = against  ? y * per_base * (1.0 + 0.7 * r * secant * per_base)
+                      : beyond ? 0.0
+                               : two_thirds / kappa;
+    double l_r = against  ? secant * per_base * (0.7 * y * secant * per_base - 1.0)
+                 : beyond ? 0.0
+                          : -4.0 * soft * part * power - rest * (2.0 / 3.0) / third;
+    double l_q = (beyond & (over > 0.0)) ? -100.0 * length * brake : 0.0;
+    l_secant += whole ? l_part : 0.0;
+    double by_strength = l_secant * per - l_r * r / strength; /* s and r are G per and q/G */
+
+    memory_flow flow;
+    double fast = pace / length, gap = strength - q, rate = fast * gap, bend = rate / length;
+    flow.sticking = m;
+    flow.rate[0] = rate;
+    double *by = flow.by[0], drive = fast - bend * by_strength;
+    by[BY_X] = drive * strength_x - bend * (l_part * part_x - l_secant * secant / x);
+    by[BY_RATIO] = drive * strength_ratio - bend * l_part * part_ratio;
+    by[BY_K] = drive * strength_k;
+    by[BY_WEAKENING] = -bend * l_part * part_weakening;
+    by[BY_TRACTION] = -fast - bend * (l_r / strength + l_q);
+    by[BY_UNSLIPPED] = drive * above;
+    by[BY_PACE] = gap / length;
+
+    double back = against ? smaller(-r, 1.0) : 0.0, target = m + (1.0 - m) * back;
+    int returns = !weakens | (h < target);
+    target = weakens ? target : m;
+    int turning = weakens & against & (r > -1.0);
+    double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
+    double target_m = 1.0 - (weakens ? back : 0.0);
+    double inside = smaller(larger(r, 0.0), 1.0), square = inside * inside;
+    double wear = weakens ? 1.25 * sigma * x / weakening : 0.0, worn = wear * square * square;
+    double worn_r = ((r > 0.0) & (r < 1.0)) ? 4.0 * wear * square * inside : 0.0;
+    double per_pace = returns ? 2.5 * (target - h) : -worn * (h - m);
+    double by_m = pace * (returns ? 2.5 * target_m : worn);
+    double by_r = pace * (returns ? -2.5 * by_back : -worn_r * (h - m));
+    double r_strength = -r / strength;
+    by = flow.by[1];
+    flow.rate[1] = pace * per_pace;
+    by[BY_X] =
+        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
+    by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
+    by[BY_K] = by_r * r_strength * strength_k;
+    by[BY_WEAKENING] = returns ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
+    by[BY_TRACTION] = by_r / strength;
+    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.5 : worn);
+    by[BY_PACE] = per_pace;
+    return flow;
+}
+
+#endif

@@ -1,0 +1,301 @@
+"""Rolling contact of half-spaces while the creepages change: the reference solver of memory.
+
+Two bodies of equal material touch in a Hertzian ellipse and roll. The creepages follow any history
+of the rolled distance, and the slip of every particle is followed from the leading edge to the
+trailing edge, so nothing is assumed to be steady. It never runs in a simulation.
+
+Variables: lengths over the semi-axis a along rolling, creepages over zeta0 = 2 f_d p0/E*,
+tractions over f_d p0, forces over f_d P, slip distances over a zeta0; spin is that of the normalized
+creepages per length. X points in the rolling direction, Y to the left; creepages have the sign of
+the force on the wheel that they cause. Displacement by tractions (Cerruti), and slip of a particle
+that is at X now, per rolled distance:
+
+    u = 1/(2 pi (1 - nu)) int K p dA,
+    K = [1 - nu sin^2, nu cos sin; nu cos sin, 1 - nu cos^2] / r,
+    s = (x - phi Y, y + phi X) - Du/Ds,
+
+with the angle of the line from source to receiver against X. The traction opposes slip, and its
+bound is sqrt(1 - X^2 - (Y a/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/D)), u_s being the slip distance of
+the particle since the leading edge and D = pi k_hat^2/(2 (f_s/f_d - 1)).
+
+Method. Rows lie between Chebyshev points of Y and are divided from the leading edge on into elements
+of one length h, the last of which takes the rest; traction is constant on an element, and
+displacement is taken at its centre. The contact rolls by h in a step, so every particle moves on by
+one element and nothing is interpolated. A particle that enters has half a step behind it since it
+met the leading edge. Each step solves stick and slip by Newton's method for a projection of the
+traction onto its bound, with the weakening implicit. Forces are of first order in h, by the
+leading edge, and extrapolated from two grids.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from contactlib.base.quantities import FloatArray
+
+GRIDS = ((20, 6), (32, 6))  # elements along the longest chord, and rows across half of the contact
+
+
+@dataclass(frozen=True)
+class Moment:
+    """State of the contact: tractions, displacements and slip distances of its particles."""
+
+    traction: FloatArray  # (components, elements)
+    displacement: FloatArray
+    at_edge: FloatArray  # (components, rows)
+    slipped: FloatArray  # (elements,)
+    sliding: NDArray[np.bool_]
+
+
+class Contact:
+    """The discretised ellipse.
+
+    Parameters
+    ----------
+    a_over_b, poisson_ratio : float
+    columns, rows : int
+        Elements along the longest chord; rows across half of the contact.
+    components : str
+        Tractions that are solved: "x", "y" or "xy".
+    symmetry : {"x", "y", ""}
+        The force that is even across the contact, so that half of it is solved; "" for none.
+    """
+
+    def __init__(
+        self,
+        a_over_b: float,
+        poisson_ratio: float,
+        columns: int,
+        rows: int,
+        components: str = "xy",
+        symmetry: str = "",
+    ) -> None:
+        nu, b = poisson_ratio, 1.0 / a_over_b
+        self.step, self.components = 2.0 / columns, components
+        borders = b * np.cos(np.arange(2 * rows + 1) * np.pi / (2 * rows))
+        x, y, half_x, half_y, pressure, self.first, edge = [], [], [], [], [], [], []
+        for upper, lower in zip(borders[:-1], borders[1:], strict=True):
+            middle = 0.5 * (upper + lower)
+            chord = np.sqrt(1.0 - (middle / b) ** 2)
+            n = max(round(2.0 * chord / self.step), 1)
+            ends = chord - self.step * np.arange(n + 1)
+            ends[-1] = -chord
+            t = np.clip(ends / chord, -1.0, 1.0)
+            area = 0.5 * chord**2 * (t * np.sqrt(1.0 - t * t) + np.arcsin(t))
+            self.first.append(sum(map(len, x)))
+            edge.append((chord, middle))
+            x.append(0.5 * (ends[:-1] + ends[1:]))
+            half_x.append(0.5 * (ends[:-1] - ends[1:]))
+            y.append(np.full(n, middle))
+            half_y.append(np.full(n, 0.5 * (upper - lower)))
+            pressure.append(-np.diff(area) / (2.0 * half_x[-1]))
+        self.x, self.y, half_x, half_y, self.pressure = map(
+            np.concatenate, (x, y, half_x, half_y, pressure)
+        )
+        weight = 4.0 * half_x * half_y
+        self.weight = weight / (weight @ self.pressure)
+        edge_x, edge_y = np.array(edge).T
+
+        # Displacements at the centres of the elements, and at the leading edge of each row.
+        at_x, at_y = np.r_[self.x, edge_x][:, None], np.r_[self.y, edge_y][:, None]
+        plain = along = mixed = 0.0
+        for i in (-1, 1):
+            for j in (-1, 1):
+                dx, dy = at_x - self.x + i * half_x, at_y - self.y + j * half_y
+                # The integrals of 1/r, dx^2/r^3 and dx dy/r^3 over a rectangle.
+                of_x = dx * np.arcsinh(dy / np.abs(dx).clip(1e-300))
+                of_y = dy * np.arcsinh(dx / np.abs(dy).clip(1e-300))
+                plain = plain + i * j * (of_x + of_y)
+                along = along + i * j * of_y
+                mixed = mixed - i * j * np.hypot(dx, dy)
+        kernel = {
+            "xx": (1.0 - nu) * plain + nu * along,
+            "yy": plain - nu * along,
+            "xy": nu * mixed,
+            "yx": nu * mixed,
+        }
+        size = self.x.size // (2 if symmetry else 1)
+        lines = edge_x.size // (2 if symmetry else 1)
+        each = np.split(np.arange(self.x.size), self.first[1:])
+        mirror = np.concatenate(each[::-1])
+        kept = np.r_[:size, self.x.size : self.x.size + lines]
+        blocks = []
+        for to in components:
+            row = []
+            for source in components:
+                block = kernel[to + source]
+                if symmetry:
+                    even = 1.0 if source == symmetry else -1.0
+                    block = block + even * block[:, mirror]
+                row.append(block[kept, :size] / (2.0 * np.pi * (1.0 - nu)))
+            blocks.append(row)
+        self.influence = np.block([[part[:size] for part in row] for row in blocks])
+        self.at_edge = np.block([[part[size:] for part in row] for row in blocks])
+        self.symmetry = symmetry
+        self.x, self.y, self.pressure = self.x[:size], self.y[:size], self.pressure[:size]
+        self.weight = self.weight[:size] * (2.0 if symmetry else 1.0)
+        self.first = np.array(self.first[:lines])
+        # A particle comes from the element ahead, and from the edge half a step ago.
+        self.ahead = np.arange(size) - 1
+        entering = np.zeros((self.first.size, size))
+        entering[np.arange(self.first.size), self.first] = 0.5
+        count = len(components)
+        self.change = np.kron(np.eye(count), entering.T) @ self.at_edge - self.influence
+        self.scale = 1.0 / np.abs(np.diag(self.change)).mean()
+        self.rigid = np.zeros((3, count, size))
+        self.rolled = np.full(size, self.step)
+        self.rolled[self.first] = 0.5 * self.step
+        last = np.r_[self.first[1:], size] - 1
+        # The last element's centre is not h behind the one ahead.
+        inner = np.array([i for i in last if i not in set(self.first)], dtype=int)
+        self.rolled[inner] = self.x[inner - 1] - self.x[inner]
+        for k, name in enumerate(components):
+            self.rigid[0, k] = name == "x"
+            self.rigid[1, k] = name == "y"
+            self.rigid[2, k] = -self.y if name == "x" else self.x
+
+    def at_rest(self) -> Moment:
+        """State without tractions."""
+        count, size = len(self.components), self.x.size
+        return Moment(
+            np.zeros((count, size)),
+            np.zeros((count, size)),
+            np.zeros((count, self.first.size)),
+            np.zeros(size),
+            np.zeros(size, dtype=bool),
+        )
+
+    def forces(self, state: Moment) -> FloatArray:
+        """Forces and moment (q_x, q_y, m) on the wheel, over f_d P and f_d P a."""
+        p = dict(zip(self.components, state.traction, strict=True))
+        zero = np.zeros_like(self.x)
+        px, py = p.get("x", zero), p.get("y", zero)
+        if self.symmetry:
+            px, py = (px, zero) if self.symmetry == "x" else (px, py)
+        qx = 0.0 if self.symmetry == "y" else self.weight @ px
+        qy = 0.0 if self.symmetry == "x" else self.weight @ py
+        moment = 0.0 if self.symmetry == "x" else self.weight @ (self.x * py - self.y * px)
+        return np.array([qx, qy, moment])
+
+    def roll(
+        self, state: Moment, creepage: FloatArray, excess: float = 0.0, decay: float = 1.0
+    ) -> Moment:
+        """State after one more step.
+
+        Parameters
+        ----------
+        state : Moment
+        creepage : array_like, shape (3,)
+            Normalized creepages x and y and the spin during the step.
+        excess, decay : float
+            f_s/f_d - 1, and D.
+
+        Raises
+        ------
+        ArithmeticError
+            If Newton's method finds no solution.
+        """
+        count, size = state.traction.shape
+        before = state.displacement[:, self.ahead]
+        before[:, self.first] = 0.5 * state.at_edge
+        slipped = state.slipped[self.ahead]
+        slipped[self.first] = 0.0
+        rigid = np.tensordot(np.asarray(creepage, dtype=float), self.rigid, 1) * self.rolled
+        fixed, p = rigid + before, state.traction
+
+        def weakened(length: FloatArray) -> FloatArray:
+            return excess * np.exp(-(slipped + length) / decay)
+
+        found = self._solve(p, fixed, lambda length: (weakened(length), weakened(length) / decay))
+        if found is None:
+            # Strength snaps. With that of the slip before, slip and weakening grow by turns.
+            length = np.zeros(size)
+            for _ in range(500):
+                left = weakened(length)
+                found = self._solve(p, fixed, lambda _, left=left: (left, 0.0 * left))
+                if found is None:
+                    break
+                p, more = found[0], np.maximum(found[2], length)
+                if np.abs(weakened(more) - left).max() < 1e-7:
+                    break
+                length = more
+        if found is None:
+            raise ArithmeticError("no equilibrium found")
+        p, slides, length = found
+        return Moment(
+            p,
+            (self.influence @ p.ravel()).reshape(count, size),
+            (self.at_edge @ p.ravel()).reshape(count, -1),
+            np.where(slides, slipped + length, slipped),
+            slides,
+        )
+
+    def _solve(
+        self,
+        p: FloatArray,
+        fixed: FloatArray,
+        excess: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray] | None:
+        """Give tractions, which elements slide, and their slip, by Newton's method.
+
+        `excess` gives the static friction that a slip leaves, over f_d, and its rate of fall.
+        """
+        count, size = p.shape
+        scale, change = self.scale, self.change
+
+        def look(p: FloatArray) -> tuple[FloatArray, ...]:
+            slip = fixed + (change @ p.ravel()).reshape(count, size)
+            trial, length = p + scale * slip, np.hypot(slip[0], slip[1:].sum(0))
+            strength = np.hypot(trial[0], trial[1:].sum(0)).clip(1e-300)
+            left, fall = excess(length)
+            bound = self.pressure * (1.0 + left)
+            slides, e = strength > bound, trial / strength
+            residual = np.where(slides, p - bound * e, -scale * slip)
+            return residual, slip, length, strength, bound, self.pressure * fall, slides, e
+
+        found = look(p)
+        for iteration in range(50):
+            residual, slip, length, strength, bound, fall, slides, e = found
+            if np.abs(residual).max() < (1e-9 if iteration < 20 else 1e-7):
+                return p, slides, length
+            jacobian = -scale * change
+            at = np.flatnonzero(slides)
+            steps = change.reshape(count, size, -1)[:, at]
+            along = slip[:, at] / length[at].clip(1e-300)
+            by_length = (along[:, :, None] * steps).sum(0) * fall[at][:, None]
+            unit = np.eye(count * size).reshape(count, size, -1)[:, at]
+            trial_by = unit + scale * steps
+            trial_by -= e[:, at, None] * (e[:, at, None] * trial_by).sum(0)
+            turn = (bound / strength)[at]
+            rows = unit + e[:, at, None] * by_length - turn[:, None] * trial_by
+            jacobian.reshape(count, size, -1)[:, at] = rows
+            *_, delta, info = lapack.dgesv(jacobian, -residual.ravel())
+            if info:
+                return None
+            norm, part = np.linalg.norm(residual), 1.0
+            for _ in range(5):  # sets that change for ever need shorter steps
+                found = look(p + part * delta.reshape(count, size))
+                if np.linalg.norm(found[0]) < norm:
+                    break
+                part *= 0.4
+            p = p + part * delta.reshape(count, size)
+        return None
+
+
+@functools.lru_cache(maxsize=16)
+def contact(
+    a_over_b: float,
+    poisson_ratio: float,
+    columns: int,
+    rows: int,
+    components: str = "xy",
+    symmetry: str = "",
+) -> Contact:
+    """Give a discretised ellipse, made once."""
+    return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry)
