@@ -162,7 +162,6 @@ def outlook(scenario: Scenario) -> list[str]:
                 worst.pole,
                 delay=scenario.sensors.delay,
                 lag=drivetrain.motor.lag,
-                relaxation=drivetrain.relaxation_length / speed,
                 sample_time=sample_time,
             )
             stay = "; control has to stay on the rising branch" if verdict.window.empty else ""

@@ -27,9 +27,8 @@ from contactlib.base.quantities import (
 RATES = Limits(at_least=-1e9, at_most=1e9)  # [1/s]
 TIMES = Limits(at_least=0.0, at_most=1e6)  # [s]
 NO_TIME = 1e-12  # shorter times count as zero [s]
-SLOW = 1e9  # longest lag or relaxation in samples, as rounding hides the effect of one sample
+SLOW = 1e9  # longest lag in samples, as rounding hides the effect of one sample
 MAX_SAMPLES = 10_000  # of delay: the number of coefficients
-MAX_ROOTS = 1000  # of delay where the loop has a state or root for each
 
 
 class Window(NamedTuple):
@@ -53,7 +52,6 @@ def proportional_window(
     *,
     delay: float = 0.0,
     lag: float = 0.0,
-    relaxation: float = 0.0,
     sample_time: float = 0.0,
 ) -> Window:
     """All gains Kp with which u = -Kp y stabilises y = g/(s - p) u with delay, lag and hold.
@@ -64,16 +62,15 @@ def proportional_window(
         atan2(w, p) = w delay + atan(w lag),   (g Kp)**2 = (p**2 + w**2)(1 + (w lag)**2),
 
     and for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. With
-    a relaxation length sigma, that is, a time tau = sigma/V, the wheel slips away more slowly: with
-    s - p/(1 + tau s) instead of s - p, which for small p tau compensates the same time of delay.
-    With sampling, y is read every `sample_time`, the control is held in between, and `delay` (a
-    whole number of samples or not) is the time from reading to acting.
+    sampling, y is read every `sample_time`, the control is held in between, and `delay` (a whole
+    number of samples or not) is the time from reading to acting. The lag of a contact with memory
+    does not enter, because it nearly vanishes on the falling branch.
 
     Parameters
     ----------
     pole, gain : float
         p [1/s] and g [1/(N.m.s)]. With g = 1 the result is the range of g Kp [1/s].
-    delay, lag, relaxation, sample_time : float
+    delay, lag, sample_time : float
         Times of the loop [s]; zero if absent.
 
     Returns
@@ -89,17 +86,14 @@ def proportional_window(
     p = checked_number("pole", pole, RATES)
     g = checked_number("gain", gain, MODERATE_POSITIVE)
     tau, slow = _time("delay", delay), _time("lag", lag)
-    soft, step = _time("relaxation", relaxation), _time("sample_time", sample_time)
-    longest = MAX_SAMPLES if soft == 0.0 else MAX_ROOTS
-    slowest = {"delay": (tau, longest), "lag": (slow, SLOW), "relaxation": (soft, SLOW)}
-    for name, (time, limit) in slowest.items():
+    step = _time("sample_time", sample_time)
+    for name, time, limit in (("delay", tau, MAX_SAMPLES), ("lag", slow, SLOW)):
         if time > limit * step > 0.0:
             raise ValueError(
                 f"{name} = {time!r} is out of range: must be <= {limit:g} times "
                 f"sample_time = {step!r}"
             )
-    loop = (p, tau, slow, soft)
-    highest = _sampled(*loop, step) if step > 0.0 else _continuous(*loop)
+    highest = _sampled(p, tau, slow, step) if step > 0.0 else _continuous(p, tau, slow)
     return Window(p / g, max(p, highest) / g)
 
 
@@ -109,35 +103,32 @@ def _time(name: str, value: float) -> float:
     return time if time > NO_TIME else 0.0
 
 
-def _continuous(pole: float, delay: float, lag: float, relaxation: float) -> float:
+def _continuous(pole: float, delay: float, lag: float) -> float:
     """Largest g Kp [1/s], or `pole` if no gain does."""
-    if pole * (delay + lag - relaxation) >= 1.0:
+    if pole * (delay + lag) >= 1.0:
         return pole
     if delay == 0.0:  # the phase never reaches -180 degrees
         return math.inf
 
     def lead(w: float) -> float:
         """Phase distance to -180 degrees."""
-        turned = math.atan2(w, pole + w**2 * relaxation) + math.atan(w * relaxation)
-        return turned - w * delay - math.atan(w * lag)
+        return math.atan2(w, pole) - w * delay - math.atan(w * lag)
 
-    # It rises from zero (or falls from pi) and then keeps falling, to below zero at w = pi/delay,
-    # with relaxation at 1.5 pi/delay.
-    top = (1.5 if relaxation > 0.0 else 1.0) * math.pi / delay
+    # It rises from zero (or falls from pi) and then keeps falling, to below zero at w = pi/delay.
+    top = math.pi / delay
     low = 0.5 * top
     while lead(low) <= 0.0:
         low *= 0.5
         if low < 1e-9 * top:  # lost in rounding, as pole * (delay + lag) is so close to 1
             return pole
     w = float(brentq(lead, low, top, xtol=1e-15 * top, rtol=1e-14))
-    stiffness = math.hypot(pole + w**2 * relaxation, w) / math.hypot(1.0, w * relaxation)
-    return stiffness * math.hypot(1.0, w * lag)
+    return math.hypot(pole, w) * math.hypot(1.0, w * lag)
 
 
 def sampled_loop(
-    pole: float, delay: float, lag: float, relaxation: float, sample_time: float
+    pole: float, delay: float, lag: float, sample_time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Pulse transfer function of 1/(s - p/(1 + relaxation s)) behind a hold, a delay and a lag.
+    """Pulse transfer function of 1/(s - p) behind a hold, a delay and a lag.
 
     Returns
     -------
@@ -148,16 +139,11 @@ def sampled_loop(
     """
     whole = math.floor(delay / sample_time + 1e-9)
     part = max(delay - whole * sample_time, 0.0)  # delay of the control within its interval
-    n = 1 + (relaxation > 0.0) + (lag > 0.0)  # creepage, relaxed creepage, torque
-    a, b = np.zeros((n, n)), np.zeros(n)
-    if relaxation > 0.0:
-        a[0, 1], a[1, 0], a[1, 1] = pole, 1.0 / relaxation, -1.0 / relaxation
+    if lag > 0.0:  # creepage, torque
+        a, b = np.array([[pole, 1.0], [0.0, -1.0 / lag]]), np.array([0.0, 1.0 / lag])
     else:
-        a[0, 0] = pole
-    if lag > 0.0:
-        a[0, -1], a[-1, -1], b[-1] = 1.0, -1.0 / lag, 1.0 / lag
-    else:
-        b[0] = 1.0
+        a, b = np.array([[pole]]), np.array([1.0])
+    n = len(b)
 
     def held(time: float) -> tuple[FloatArray, FloatArray]:
         """exp(A t) and the integral of exp(A s) b ds from 0 to t."""
@@ -181,16 +167,13 @@ def sampled_loop(
     return numerator, np.append(plant, np.zeros(whole + 1))
 
 
-def _sampled(pole: float, delay: float, lag: float, relaxation: float, sample_time: float) -> float:
+def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float:
     """Largest g Kp [1/s], or `pole` if no gain does."""
-    # No gain stabilises from p delay = 1 on, except with relaxation; and the window's ends are at
-    # most a factor coth(p sample_time/2) apart, which rounding turns into 1 beyond 40.
-    growth = pole
-    if relaxation > 0.0 and pole > 0.0:  # s (1 + relaxation s) = p
-        growth = 2.0 * pole / (1.0 + math.sqrt(1.0 + 4.0 * pole * relaxation))
-    if pole * (delay - relaxation) >= 1.0 or growth * sample_time > 40.0:
+    # No gain stabilises from p delay = 1 on; and the window's ends are at most a factor
+    # coth(p sample_time/2) apart, which rounding turns into 1 beyond 40.
+    if pole * delay >= 1.0 or pole * sample_time > 40.0:
         return pole
-    numerator, denominator = sampled_loop(pole, delay, lag, relaxation, sample_time)
+    numerator, denominator = sampled_loop(pole, delay, lag, sample_time)
     plant, late = denominator[: len(numerator)], len(denominator) - len(numerator)
 
     def needed(angle: FloatArray) -> NDArray[np.complex128]:
@@ -214,13 +197,7 @@ def _sampled(pole: float, delay: float, lag: float, relaxation: float, sample_ti
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
     ]
     gains = needed(np.array([*crossings, math.pi])).real
-    highest = float(next((k for k in gains if k > pole), pole))
-    if relaxation > 0.0 and pole > 0.0:  # a second root may stay outside
-        closed = denominator.copy()
-        closed[-len(numerator) :] += math.sqrt(pole * highest) * numerator
-        if float(np.abs(np.roots(closed)).max()) >= 1.0:
-            return pole
-    return highest
+    return float(next((k for k in gains if k > pole), pole))
 
 
 def delay_limit(pole: float, *, robust: bool = False) -> float:

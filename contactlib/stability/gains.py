@@ -180,7 +180,6 @@ def controllability(
     gain: float = 1.0,
     delay: float = 0.0,
     lag: float = 0.0,
-    relaxation: float = 0.0,
     sample_time: float = 0.0,
 ) -> Controllability:
     """Whether, and with which margin, proportional creep control stabilises g/(s - p).
@@ -194,7 +193,7 @@ def controllability(
         p, such as that of `worst_pole` [1/s].
     gain : float, optional
         g = r/(J V) [1/(N.m.s)]. Default: 1, so that the window is that of g Kp [1/s].
-    delay, lag, relaxation, sample_time : float, optional
+    delay, lag, sample_time : float, optional
         Times of the loop, as in `proportional_window` [s].
 
     Raises
@@ -207,9 +206,7 @@ def controllability(
     >>> print(controllability(70.0, delay=9e-3).text)
     not robust: pole 70 1/s, delay 9 ms, p tau 0.63; g Kp must lie between 70 and 132.8 1/s
     """
-    window = proportional_window(
-        pole, gain, delay=delay, lag=lag, relaxation=relaxation, sample_time=sample_time
-    )
+    window = proportional_window(pole, gain, delay=delay, lag=lag, sample_time=sample_time)
     p_tau = pole * sampled_delay(delay=delay, lag=lag, sample_time=sample_time)
     low, high = window.lowest * gain, window.highest * gain  # g Kp
     verdict: Literal["holds", "not robust", "impossible"] = "holds"
@@ -221,12 +218,7 @@ def controllability(
         gains = f"g Kp must lie between {max(low, 0.0):.4g} and {high:.4g} 1/s"
     loop = ", ".join(
         f"{name} {1e3 * time:.4g} ms"
-        for name, time in (
-            ("delay", delay),
-            ("lag", lag),
-            ("relaxation", relaxation),
-            ("sampling", sample_time),
-        )
+        for name, time in (("delay", delay), ("lag", lag), ("sampling", sample_time))
         if time > 0.0
     )
     text = f"{verdict}: pole {pole:.4g} 1/s, {loop or 'no delay'}, p tau {p_tau:.2f}; {gains}"

@@ -98,7 +98,6 @@ GOOD: dict[str, Any] = {
     "radius_y": 0.3,
     "rail_temperature": 20.0,
     "reference": 0.02,
-    "relaxation": 1e-3,
     "relaxation_length": 0.1,
     "resistance_force": 10.0,
     "sample_time": 1e-3,

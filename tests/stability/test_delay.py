@@ -38,24 +38,14 @@ def delayed_eigenvalues(pole: float, loop: float, delay: float, lag: float, n: i
 
 
 def sampled_radius(
-    pole: float,
-    loop: float,
-    delay: float,
-    step: float,
-    *,
-    lag: float = 0.0,
-    relaxation: float = 0.0,
+    pole: float, loop: float, delay: float, step: float, *, lag: float = 0.0
 ) -> float:
     """Spectral radius of one sample, stepped through with the exact flow of plant and torque."""
-    # Creepage; the late creepage of the contact and the late torque of the motor; the command.
-    size = 1 + (relaxation > 0.0) + (lag > 0.0)
-    seen, motor = int(relaxation > 0.0), size - 1 if lag > 0.0 else size
+    size = 1 + (lag > 0.0)  # creepage; the late torque of the motor; the command
     rates = np.zeros((size + 1, size + 1))
-    rates[0, seen], rates[0, motor] = pole, 1.0
-    if relaxation > 0.0:
-        rates[1, :2] = 1.0 / relaxation, -1.0 / relaxation
+    rates[0, :2] = pole, 1.0
     if lag > 0.0:
-        rates[motor, motor:] = -1.0 / lag, 1.0 / lag
+        rates[1, 1:] = -1.0 / lag, 1.0 / lag
     whole = int(delay / step + 1e-9)
     part = delay - whole * step
     first, rest = expm(rates * part), expm(rates * (step - part))
@@ -188,7 +178,7 @@ def test_no_gain_holds_a_pole_that_outruns_the_samples(
 
 
 def test_pulse_transfer_function_of_an_integrator() -> None:
-    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.0, 0.1)
+    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.1)
     z = 1.7
     assert np.polyval(numerator, z) / np.polyval(denominator, z) == pytest.approx(0.1 / (z - 1.0))
 
@@ -210,20 +200,18 @@ def test_a_hold_delays_by_half_a_sample() -> None:
 @examples(120)
 @given(
     pole=st.floats(5.0, 300.0),
-    relaxation=st.floats(1e-4, 3e-2),
     lag=st.floats(1e-4, 1e-2),
     sample_time=st.floats(5e-4, 1e-2),
     samples=st.integers(0, 4),
 )
-def test_a_contact_that_relaxes_forgives_delay(
-    pole: float, relaxation: float, lag: float, sample_time: float, samples: int
+def test_a_sampled_window_contains_all_gains_that_hold(
+    pole: float, lag: float, sample_time: float, samples: int
 ) -> None:
-    late: dict[str, float] = {"relaxation": relaxation, "lag": lag}
     delay = samples * sample_time
-    window = stability.proportional_window(pole, delay=delay, sample_time=sample_time, **late)
+    window = stability.proportional_window(pole, delay=delay, lag=lag, sample_time=sample_time)
 
     def radius(gain: float) -> float:
-        return sampled_radius(pole, gain, delay, sample_time, **late)
+        return sampled_radius(pole, gain, delay, sample_time, lag=lag)
 
     if window.empty:
         assert min(radius(gain) for gain in pole * np.geomspace(1.001, 30.0, 40)) > 1.0 - 1e-6
@@ -231,9 +219,3 @@ def test_a_contact_that_relaxes_forgives_delay(
         assert radius(math.sqrt(window.lowest * window.highest)) < 1.0
         assert radius(0.999 * window.lowest) > 1.0
         assert radius(1.001 * window.highest) > 1.0
-    # Without sampling the window closes where p (delay - relaxation) is one, if it is short.
-    short = 0.5 / pole
-    for part, closed in ((0.999, False), (1.001, True)):
-        delay = part * (1.0 / pole + short)
-        found = stability.proportional_window(pole, delay=delay, relaxation=short)
-        assert found.empty == closed

@@ -23,7 +23,7 @@ from contactlib.base.quantities import (
     derived,
     shown,
 )
-from contactlib.stability.delay import MAX_ROOTS, NO_TIME, TIMES
+from contactlib.stability.delay import NO_TIME, TIMES
 from contactlib.vehicle.conditions import OperatingPoint
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -34,6 +34,7 @@ GAINS = Limits(at_least=1e-12, at_most=1e15)  # [N.m]
 INTEGRAL_GAINS = Limits(at_least=0.0, at_most=1e15)  # [N.m/s]
 SAMPLE_TIMES = Limits(at_least=1e-9, at_most=1e6)  # [s]
 PADE_ORDERS = Limits(at_least=1.0, at_most=12.0)  # for higher orders the coefficients overflow
+MAX_SAMPLES = 1000  # of delay: each is a state of the loop
 POINTS = 2000  # frequencies, between which a cubic spline gives the margins
 BEYOND = 300.0  # factor of the frequency range beyond the slowest and the fastest pole
 
@@ -257,9 +258,9 @@ def sampled_loop(
     integral_gain = checked_number("integral_gain", integral_gain, INTEGRAL_GAINS)
     delay = checked_number("delay", delay, TIMES)
     samples = round(delay / sample_time)
-    if samples > MAX_ROOTS:
+    if samples > MAX_SAMPLES:
         raise ValueError(
-            f"delay = {delay!r} is out of range: must be <= {MAX_ROOTS} times "
+            f"delay = {delay!r} is out of range: must be <= {MAX_SAMPLES} times "
             f"sample_time = {sample_time!r}"
         )
     if not math.isclose(samples * sample_time, delay, rel_tol=1e-9, abs_tol=1e-12):
