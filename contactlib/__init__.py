@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.base.quantities import InputWarning as InputWarning
     from contactlib.element import CreepForces as CreepForces
     from contactlib.element import ForceElement as ForceElement
+    from contactlib.element import roll as roll
     from contactlib.export import export_fmu as export_fmu
     from contactlib.export import export_kernel as export_kernel
     from contactlib.export import export_ssp as export_ssp
@@ -50,6 +51,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.laws import Polach as Polach
     from contactlib.laws import TractionData as TractionData
     from contactlib.laws import friction_with_k_hat as friction_with_k_hat
+    from contactlib.laws import relaxation_lengths as relaxation_lengths
     from contactlib.laws.fit import fit as fit
     from contactlib.table import CreepForceTable as CreepForceTable
     from contactlib.table import carter_griffith_table as carter_griffith_table
@@ -75,7 +77,6 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib.files import load_scenario as load_scenario
     from contactlib.runs import Plant as Plant
     from contactlib.runs import Result as Result
-    from contactlib.runs import comparison_table as comparison_table
     from contactlib.runs import ensemble as ensemble
     from contactlib.runs import load_sweep as load_sweep
     from contactlib.runs import metrics as metrics

@@ -2,10 +2,12 @@
 
 from contactlib.element.creep_forces import CreepForces
 from contactlib.element.force_element import AspectWarning, ForceElement, ProcessZoneWarning
+from contactlib.element.rolling import roll
 
 __all__ = [
     "AspectWarning",
     "CreepForces",
     "ForceElement",
     "ProcessZoneWarning",
+    "roll",
 ]

@@ -275,14 +275,16 @@ class ForceElement(Parameters):
             "softening": self.contact.softening if self._softens else 0.0,
             **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
             "nominal_load": self.normal_load,
-            **self._of_memory,
         }
 
+    @property
+    def rolling_parameters(self) -> dict[str, float]:
+        """`parameters` of the element as it moves: with its memory, if it has one."""
+        return {**self.parameters, **(self.memory_parameters if self.memory else {})}
+
     @cached_property
-    def _of_memory(self) -> dict[str, float]:
-        """The kernel's parameters of a contact with memory, see `fmu/kernel/memory.h`."""
-        if not self.memory:
-            return {}
+    def memory_parameters(self) -> dict[str, float]:
+        """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`."""
         contact, layer = self.contact, 0.0
         if self.layer_compliance > 0.0:
             layer = 0.5 * self.layer_compliance * contact.tangential_modulus / contact.semi_width

@@ -246,8 +246,8 @@ class Description:
         wheelset, speed = self.model.wheelset, self.model.initial_speed
         element = self.element
         known = {
-            **{name: 0.0 for name in MEMORY},
-            **element.parameters,
+            **dict.fromkeys(MEMORY, 0.0),
+            **element.rolling_parameters,
             **(wheelset.parameters if self.kind.startswith("wheelset") else {}),
             **(self.pair.parameters if self.pair is not None else {}),
             "semi_axis_x": element.contact.semi_width,

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contactlib import kernel
-from contactlib.base.quantities import FloatArray, checked_number, shown, warn
+from contactlib.base.quantities import FloatArray, shown, warn
 from contactlib.base.writing import c_sources
 from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description

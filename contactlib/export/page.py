@@ -253,7 +253,7 @@ def _step_table(description: Description) -> str:
         stiffness = poles[-1] * speeds[-1]
         with np.errstate(divide="ignore"):
             poles = stiffness / speeds
-        spring = element.parameters
+        spring = element.memory_parameters
         lag = spring["relaxation_length"] / (spring["standing_stiffness"] * stiffness)
         sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(lag))
     heads = ["speed in m/s", "slip pole in 1/s"]

@@ -502,7 +502,5 @@ def build_scenario(
     )
 
 
-def _drivetrain(
-    wheelset: Wheelset, axle: Axle | None, motor: Motor
-) -> Drivetrain:
+def _drivetrain(wheelset: Wheelset, axle: Axle | None, motor: Motor) -> Drivetrain:
     return Drivetrain(wheelset, axle=axle, motor=motor)

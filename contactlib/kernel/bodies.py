@@ -113,6 +113,30 @@ class NativeForceElement:
         library().force_element_evaluate(self._table.struct, self._parameters, given, result)
         return result
 
+    def roll(
+        self, creepage: FloatArray, distance: FloatArray, speed: float, tolerance: float
+    ) -> FloatArray:
+        """Creep force of a contact with memory at increasing distances rolled [N].
+
+        Raises
+        ------
+        ArithmeticError
+            If the tolerance is not met.
+        """
+        force = np.empty(creepage.shape)
+        error = library().force_element_roll(
+            *self.structs,
+            speed,
+            creepage.size,
+            pointer(creepage, "double"),
+            pointer(distance, "double"),
+            tolerance,
+            pointer(force, "double"),
+        )
+        if error != ffi.NULL:
+            raise ArithmeticError(ffi.string(error).decode())
+        return force
+
 
 class NativeWheelset:
     """Parameters of a wheelset's equations of motion. Checks nothing."""

@@ -107,7 +107,7 @@ class Drivetrain(Parameters):
     def _parameters(self) -> tuple[dict[str, float], dict[str, float]]:
         """Parameters of the kernel's contact and drivetrain, by name, in SI units."""
         axle = self.axle
-        contact = self.wheelset.element.parameters
+        contact = self.wheelset.element.rolling_parameters
         drivetrain = {
             "axle_stiffness": 0.0 if axle is None else axle.stiffness,
             "axle_damping": 0.0 if axle is None else axle.damping,

@@ -14,6 +14,7 @@ typedef struct {
     const wheelset_parameters *body;
     const wheelset_input *input;
     double saturation_creepage; /* at the start of the substep */
+    double omega_rate;          /* prescribed, if the velocities are [rad/s2] */
 } motion;
 
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
@@ -94,7 +95,7 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                              const wheelset_parameters *body, const wheelset_input *input,
                              wheelset_state *state, double step, double *tolerance,
                              double *substep) {
-    motion m = {table, contact, body, input, 1.0};
+    motion m = {table, contact, body, input, 1.0, 0.0};
     int states = remembers(contact) ? 4 : 2;
     equations problem = {states, states, {0, 1, 2, 3}, &m, evaluate, error_size};
     integration run;
@@ -112,10 +113,22 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
     return NULL;
 }
 
-const char *force_element_advance(const creep_table *table, const force_element_parameters *contact,
-                                  force_element_input *input, double step, double tolerance) {
+/* The memory alone, at a prescribed angular acceleration. */
+static void evaluate_prescribed(void *model, rows y, rows f, matrix *jacobian) {
+    motion *m = (motion *)model;
+    evaluate(model, y, f, jacobian);
+    f[0][0] = m->omega_rate;
+    if (!jacobian) return;
+    lanes(*j)[MAX_STATES] = *jacobian;
+    for (int k = 0; k < 4; k++) j[0][k][0] = 0.0;
+}
+
+/* Advance the memory while omega changes evenly to its end. */
+static const char *advance_memory(const creep_table *table, const force_element_parameters *contact,
+                                  force_element_input *input, double end, double step,
+                                  double tolerance) {
     wheelset_parameters body;
-    memset(&body, 0, sizeof body); /* the velocities are held */
+    memset(&body, 0, sizeof body); /* the velocities are prescribed */
     body.radius = contact->radius;
     body.inertia = 1.0;
     body.minimum_speed = contact->minimum_speed;
@@ -125,8 +138,8 @@ const char *force_element_advance(const creep_table *table, const force_element_
                             input->friction_scale,
                             input->lateral_velocity,
                             input->spin_velocity};
-    motion m = {table, contact, &body, &given, 1.0};
-    equations problem = {2, 2, {2, 3}, &m, evaluate, error_size};
+    motion m = {table, contact, &body, &given, 1.0, (end - input->omega) / step};
+    equations problem = {3, 3, {0, 2, 3}, &m, evaluate_prescribed, error_size};
     integration run;
     double substep = 0.0;
     memset(&run, 0, sizeof run);
@@ -136,7 +149,41 @@ const char *force_element_advance(const creep_table *table, const force_element_
     run.y[3][0] = input->unslipped;
     const char *error = advance(&problem, &run, step, &tolerance, &substep);
     if (error != NULL) return error;
+    input->omega = end;
     input->held_traction = run.y[2][0];
     input->unslipped = run.y[3][0];
     return NULL;
 }
+
+const char *force_element_advance(const creep_table *table, const force_element_parameters *contact,
+                                  force_element_input *input, double step, double tolerance) {
+    return advance_memory(table, contact, input, input->omega, step, tolerance);
+}
+
+#ifndef ONE_FILE_KERNEL
+const char *force_element_roll(const creep_table *table, const force_element_parameters *contact,
+                               double speed, size_t n, const double *creepage,
+                               const double *distance, double tolerance, double *force) {
+    force_element_input in;
+    force_element_output out;
+    memset(&in, 0, sizeof in);
+    in.speed = speed;
+    in.normal_load = contact->nominal_load;
+    in.friction_scale = 1.0;
+    for (size_t i = 0; i < n; i++) {
+        double omega = (1.0 + creepage[i]) * speed / contact->radius;
+        if (i == 0) {
+            in.omega = omega;
+            force_element_evaluate(table, contact, &in, &out);
+            in.held_traction = out.steady_traction;
+            in.unslipped = out.sticking;
+        } else {
+            double step = (distance[i] - distance[i - 1]) / speed;
+            const char *error = advance_memory(table, contact, &in, omega, step, tolerance);
+            if (error != NULL) return error;
+        }
+        force[i] = in.held_traction * in.normal_load;
+    }
+    return NULL;
+}
+#endif /* ONE_FILE_KERNEL */
