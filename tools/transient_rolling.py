@@ -4,32 +4,37 @@ Two bodies of equal material touch in a Hertzian ellipse and roll. The creepages
 of the rolled distance, and the slip of every particle is followed from the leading edge to the
 trailing edge, so nothing is assumed to be steady. It never runs in a simulation.
 
-Variables: lengths over the semi-axis a along rolling, creepages over zeta0 = 2 f_d p0/E*,
-tractions over f_d p0, forces over f_d P, slip distances over a zeta0; spin is that of the normalized
-creepages per length. X points in the rolling direction, Y to the left; creepages have the sign of
-the force on the wheel that they cause. Displacement by tractions (Cerruti), and slip of a particle
-that is at X now, per rolled distance:
+Variables: lengths over the semi-axis a along rolling, creepages over zeta0 = 2 f_d p0/E*, tractions
+over f_d p0, forces over f_d P, slip distances over a zeta0, spin over zeta0/a. X points in the
+rolling direction, Y to the left; creepages have the sign of the force on the wheel that they cause.
+Displacement by tractions (Cerruti), and slip of the particle that is at X now, per rolled distance:
 
     u = 1/(2 pi (1 - nu)) int K p dA,
     K = [1 - nu sin^2, nu cos sin; nu cos sin, 1 - nu cos^2] / r,
     s = (x - phi Y, y + phi X) - Du/Ds,
 
-with the angle of the line from source to receiver against X. The traction opposes slip, and its
-bound is sqrt(1 - X^2 - (Y a/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/D)), u_s being the slip distance of
-the particle since the leading edge and D = pi k_hat^2/(2 (f_s/f_d - 1)).
+with the angle of the line from source to receiver against X. Traction opposes slip, and is at most
+sqrt(1 - X^2 - (Y a/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/D)), where u_s is the slip distance of the
+particle since the leading edge and D = pi k_hat^2/(2 (f_s/f_d - 1)).
 
-Method. Rows lie between Chebyshev points of Y and are divided from the leading edge on into elements
-of one length h, the last of which takes the rest; traction is constant on an element, and
+Method. Rows lie between Chebyshev points of Y and are divided, from the leading edge on, into
+elements of one length h, the last of which takes the rest. Traction is constant on an element, and
 displacement is taken at its centre. The contact rolls by h in a step, so every particle moves on by
-one element and nothing is interpolated. A particle that enters has half a step behind it since it
-met the leading edge. Each step solves stick and slip by Newton's method for a projection of the
-traction onto its bound, with the weakening implicit. Forces are of first order in h, by the
-leading edge, and extrapolated from two grids.
+one element and nothing is interpolated. A particle that enters has rolled half a step since it met
+the leading edge. Each step solves stick and slip by Newton's method for the projection of the
+traction onto its bound, with the weakening implicit; where strength snaps, slip and weakening grow
+by turns. Forces are of first order in h, as the traction begins like a root at the leading edge,
+and two grids are extrapolated.
+
+Error. Steady forces of the grids (32, 6) and (64, 6), extrapolated: 0.003 of q where part of the
+contact sticks, 0.001 where it slides, against `half_space`. A step of zero rolled distance is
+Mindlin's problem to 0.002.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -80,7 +85,7 @@ class Contact:
         self.step, self.components = 2.0 / columns, components
         borders = b * np.cos(np.arange(2 * rows + 1) * np.pi / (2 * rows))
         x, y, half_x, half_y, pressure, self.first, edge = [], [], [], [], [], [], []
-        for upper, lower in zip(borders[:-1], borders[1:], strict=True):
+        for upper, lower in itertools.pairwise(borders):
             middle = 0.5 * (upper + lower)
             chord = np.sqrt(1.0 - (middle / b) ** 2)
             n = max(round(2.0 * chord / self.step), 1)
