@@ -368,16 +368,26 @@ typedef struct {
 ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
                                      const force_element_input *in, const force_state *at,
                                      double steady_traction) {
-    const double tiny = 1e-12; /* normalized creepage; the flow has a limit at zero */
+    const double tiny = 1e-6; /* normalized creepage below which the flow has its limit at zero */
     memory_place m;
-    double along = steady_traction == 0.0 ? at->x : steady_traction;
+    double along = steady_traction == 0.0 ? at->x : steady_traction, size = fabs(at->x);
     m.sign = along < 0.0 ? -1.0 : 1.0;
-    m.x = fabs(at->x) + tiny;
-    m.ratio = m.sign * steady_traction / at->kinetic + p->initial_slope * tiny;
+    double ratio = m.sign * steady_traction / at->kinetic;
+    int still = size < tiny;
+    m.x = still ? tiny : size;
+    m.ratio = still ? p->initial_slope * tiny : ratio;
     m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
     m.q = m.sign * in->held_traction / at->kinetic;
     m.pace = fabs(in->speed) / p->relaxation_length;
     m.flow = memory_flow_at(p, m.x, m.ratio, at->k_hat, m.weakening, m.q, in->unslipped, m.pace);
+    if (still) {
+        double *by = m.flow.by[0], fast = m.flow.per_length * m.pace, gap = ratio - m.q;
+        m.flow.rate[0] = fast * gap;
+        memset(by, 0, sizeof m.flow.by[0]);
+        by[BY_RATIO] = fast;
+        by[BY_TRACTION] = -fast;
+        by[BY_PACE] = m.flow.per_length * gap;
+    }
     return m;
 }
 

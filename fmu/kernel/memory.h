@@ -6,21 +6,21 @@
  * f_d, h the unslipped part and Q(x) the steady law of initial slope S0:
  *
  *     G = Q + (h - m)+ (F - Q)+,      dq/ds = (G - q)/(sigma L),
- *     dh/ds = 2.5 (h' - h)/sigma      while h is below h', and else
- *           = -1.25 (x/D) r^4 (h - m).
+ *     dh/ds = 2.25 (h' - h)/sigma     while h is below h', and else
+ *           = -2.5 (x/D) r^8 (h - m).
  *
  * m = 2 Q/(S0 x) - 1 is the part that sticks in steady rolling (exact for Carter's law), D the
  * weakening length over a zeta0, r = q/G, and F the strength of a contact that has not slipped: the
- * parabola of Carter's law with f_s, but at most 1 + 3 E R/sqrt(E^2 + R^2), R = f_s/f_d - 1 and
- * E = 3 (k_hat/sqrt(2))^(4/3), which is the force by which a short line contact that stands still
- * exceeds f_d P before it breaks loose. h' is m, and up to 1 while the force opposes the creepage,
- * as the whole contact then sticks.
+ * parabola of Carter's law, whose friction is f_s, but at most f_d (1 + 9/4 E R/sqrt(E^2 + R^2)),
+ * R = f_s/f_d - 1. E = 1.5 k_hat^(4/3) is the force over f_d P, less one, by which a contact that
+ * stands still breaks loose, if it weakens over a short zone. h' is m, and up to 1
+ * while the force opposes the creepage, as the whole contact then sticks.
  *
  * sigma L is the length of the lag. With s = G/(S0 x), y = 1 - r and kappa, the stiffness of
  * a contact that stands still over S0/sigma,
  *
  *     L = m' (1 + (1/kappa - 1) y^4) + (s - m') y^(2/3)/kappa   for 0 <= r < 1,
- *     L = y s/(kappa + 0.7 s |r|)                               for r < 0,
+ *     L = y s/(kappa + s |r| (1/2 + |r|)/y)                    for r < 0,
  *     L = m'                                                    for r >= 1,
  *
  * where m' is m, but at least the distance D/x over which friction weakens in full slip. So small
@@ -28,7 +28,9 @@
  * at a given displacement x s) a force that begins at zero is Mindlin's, 1 - (1 - 2 kappa S0 x s/
  * (3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work q x >= d(sigma q^2/(2 kappa
  * S0))/ds, so no history yields energy. Of the constants kappa and sigma follow from the
- * half-space; 2.5, 1.25, 0.7, the power of y and the 3 were fitted to transient solutions. */
+ * half-space; 2.25, 2.5, 1/2, 9/4, 1.5 and the powers of y and r were fitted to transient
+ * solutions.
+ */
 #ifndef MEMORY_H
 #define MEMORY_H
 
@@ -50,6 +52,7 @@ enum { BY_X, BY_RATIO, BY_K, BY_WEAKENING, BY_TRACTION, BY_UNSLIPPED, BY_PACE, M
 typedef struct {
     double rate[2];                 /* of q and h [1/s] */
     double by[2][MEMORY_ARGUMENTS]; /* their derivatives */
+    double per_length;              /* 1/L */
     double sticking;                /* m [1] */
 } memory_flow;
 
@@ -69,21 +72,20 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double m_ratio = open ? 2.0 * per : 0.0, m_x = open ? -2.0 * ratio * per / x : 0.0;
 
     /* Strength of the contact with its unslipped part. */
-    double z = smaller(0.5 * slope * x / most, 1.0), parabola = most * z * (2.0 - z);
-    double e = weakens ? 1.8898815748423097 * k * cube_root(weakens ? k : 1.0) : 0.0; /* E */
+    double e = weakens ? 1.5 * k * cube_root(weakens ? k : 1.0) : 0.0; /* E */
     double root = sqrt(e * e + excess * excess), inverse = 1.0 / (root > 0.0 ? root : 1.0);
-    double most_at_rest = 1.0 + 3.0 * e * excess * inverse;
-    int limited = most_at_rest < parabola;
-    double above = (limited ? most_at_rest : parabola) - ratio, more = h - m;
+    double standing = 1.0 + 2.25 * e * excess * inverse, cube = excess * inverse;
+    int limited = standing < most;
+    double top = limited ? standing : most, z = smaller(0.5 * slope * x / top, 1.0);
+    double above = top * z * (2.0 - z) - ratio, more = h - m;
     int stronger = weakens & (more > 0.0) & (above > 0.0);
     more = stronger ? more : 0.0;
     above = stronger ? above : 0.0;
     double strength = ratio + more * above; /* G */
     double strength_ratio = 1.0 - m_ratio * above - more;
-    double strength_x = -m_x * above + (limited ? 0.0 : more * slope * (1.0 - z));
-    double cube = excess * inverse;
-    double strength_k =
-        (limited & stronger) ? more * 4.0 * cube * cube * cube * (e / (weakens ? k : 1.0)) : 0.0;
+    double strength_x = more * slope * (1.0 - z) - m_x * above;
+    double top_k = limited ? 3.0 * cube * cube * cube * (e / (weakens ? k : 1.0)) : 0.0;
+    double strength_k = more * z * z * top_k;
 
     /* Length of the lag, and its derivatives by m', s and r. */
     double secant = strength * per;
@@ -99,16 +101,17 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     int against = r < 0.0, beyond = r >= 1.0;
     double third = cube_root(y), two_thirds = third * third, soft = 1.0 / kappa - 1.0;
     double over = larger(q - most, 0.0), brake = 1.0 / (1.0 + 100.0 * over);
-    double base = kappa - 0.7 * r * secant, per_base = 1.0 / (against ? base : 1.0);
+    double size = larger(-r, 0.0), per_size = 1.0 / (1.0 + size);
+    double loss = size * (0.5 + size) * per_size;
+    double loss_size = (0.5 + size * (2.0 + size)) * per_size * per_size;
+    double per_base = 1.0 / (kappa + secant * loss);
     double power = y * y * y, rest = (secant - part) / kappa;
     double length = against  ? y * secant * per_base
                     : beyond ? part * brake
                              : part * (1.0 + soft * power * y) + rest * two_thirds;
     double l_part = against ? 0.0 : beyond ? brake : 1.0 + soft * power * y - two_thirds / kappa;
-    double l_secant = against  ? y * per_base * (1.0 + 0.7 * r * secant * per_base)
-                      : beyond ? 0.0
-                               : two_thirds / kappa;
-    double l_r = against  ? secant * per_base * (0.7 * y * secant * per_base - 1.0)
+    double l_secant = against ? y * kappa * per_base * per_base : beyond ? 0.0 : two_thirds / kappa;
+    double l_r = against  ? secant * per_base * (y * secant * loss_size * per_base - 1.0)
                  : beyond ? 0.0
                           : -4.0 * soft * part * power - rest * (2.0 / 3.0) / third;
     double l_q = (beyond & (over > 0.0)) ? -100.0 * length * brake : 0.0;
@@ -117,6 +120,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
 
     memory_flow flow;
     double fast = pace / length, gap = strength - q, rate = fast * gap, bend = rate / length;
+    flow.per_length = 1.0 / length;
     flow.sticking = m;
     flow.rate[0] = rate;
     double *by = flow.by[0], drive = fast - bend * by_strength;
@@ -135,11 +139,12 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
     double inside = smaller(larger(r, 0.0), 1.0), square = inside * inside;
-    double wear = weakens ? 1.25 * sigma * x / weakening : 0.0, worn = wear * square * square;
-    double worn_r = ((r > 0.0) & (r < 1.0)) ? 4.0 * wear * square * inside : 0.0;
-    double per_pace = returns ? 2.5 * (target - h) : -worn * (h - m);
-    double by_m = pace * (returns ? 2.5 * target_m : worn);
-    double by_r = pace * (returns ? -2.5 * by_back : -worn_r * (h - m));
+    double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = square * square;
+    double worn = wear * fourth * fourth;
+    double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * square * inside : 0.0;
+    double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
+    double by_m = pace * (returns ? 2.25 * target_m : worn);
+    double by_r = pace * (returns ? -2.25 * by_back : -worn_r * (h - m));
     double r_strength = -r / strength;
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
@@ -149,7 +154,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     by[BY_K] = by_r * r_strength * strength_k;
     by[BY_WEAKENING] = returns ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
     by[BY_TRACTION] = by_r / strength;
-    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.5 : worn);
+    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
     by[BY_PACE] = per_pace;
     return flow;
 }
