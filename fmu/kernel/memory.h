@@ -19,7 +19,7 @@
  * sigma L is the length of the lag. With s = G/(S0 x), y = 1 - r and kappa, the stiffness of
  * a contact that stands still over S0/sigma,
  *
- *     L = m' (1 + (1/kappa - 1) y^4) + (s - m') y^(2/3)/kappa   for 0 <= r < 1,
+ *     L = m' (1 + (1/kappa - 1) y^3) + (s - m') y^(2/3)/kappa   for 0 <= r < 1,
  *     L = y s/(kappa + s |r| (1/2 + |r|)/y)                    for r < 0,
  *     L = m'                                                    for r >= 1,
  *
@@ -105,15 +105,15 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double loss = size * (0.5 + size) * per_size;
     double loss_size = (0.5 + size * (2.0 + size)) * per_size * per_size;
     double per_base = 1.0 / (kappa + secant * loss);
-    double power = y * y * y, rest = (secant - part) / kappa;
+    double square = y * y, rest = (secant - part) / kappa;
     double length = against  ? y * secant * per_base
                     : beyond ? part * brake
-                             : part * (1.0 + soft * power * y) + rest * two_thirds;
-    double l_part = against ? 0.0 : beyond ? brake : 1.0 + soft * power * y - two_thirds / kappa;
+                             : part * (1.0 + soft * square * y) + rest * two_thirds;
+    double l_part = against ? 0.0 : beyond ? brake : 1.0 + soft * square * y - two_thirds / kappa;
     double l_secant = against ? y * kappa * per_base * per_base : beyond ? 0.0 : two_thirds / kappa;
     double l_r = against  ? secant * per_base * (y * secant * loss_size * per_base - 1.0)
                  : beyond ? 0.0
-                          : -4.0 * soft * part * power - rest * (2.0 / 3.0) / third;
+                          : -3.0 * soft * part * square - rest * (2.0 / 3.0) / third;
     double l_q = (beyond & (over > 0.0)) ? -100.0 * length * brake : 0.0;
     l_secant += whole ? l_part : 0.0;
     double by_strength = l_secant * per - l_r * r / strength; /* s and r are G per and q/G */
@@ -138,10 +138,10 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     int turning = weakens & against & (r > -1.0);
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
-    double inside = smaller(larger(r, 0.0), 1.0), square = inside * inside;
-    double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = square * square;
+    double inside = smaller(larger(r, 0.0), 1.0), second = inside * inside;
+    double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = second * second;
     double worn = wear * fourth * fourth;
-    double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * square * inside : 0.0;
+    double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
     double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
     double by_m = pace * (returns ? 2.25 * target_m : worn);
     double by_r = pace * (returns ? -2.25 * by_back : -worn_r * (h - m));
