@@ -23,7 +23,8 @@
  *     L = y s/(kappa + s |r| (1/2 + |r|)/y)                    for r < 0,
  *     L = m'                                                    for r >= 1,
  *
- * where m' is m, but at least the distance D/x over which friction weakens in full slip. So small
+ * where m' is m, but at least the distance D/(sigma x) over which friction weakens in full slip,
+ * and s/20. So small
  * creepages lag by sigma; a sliding contact follows within D/x; and without rolling (x -> infinity
  * at a given displacement x s) a force that begins at zero is Mindlin's, 1 - (1 - 2 kappa S0 x s/
  * (3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work q x >= d(sigma q^2/(2 kappa
@@ -61,7 +62,7 @@ typedef struct {
 ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, double x, double ratio,
                                          double k, double weakening, double q, double h,
                                          double pace) {
-    const double least = 0.01, slope = p->initial_slope, kappa = p->standing_stiffness;
+    const double slope = p->initial_slope, kappa = p->standing_stiffness;
     double sigma = p->relaxation_length / p->semi_width;
     double excess = p->static_friction / p->kinetic_friction - 1.0, most = 1.0 + excess;
     int weakens = (excess > 0.0) & (k > 0.0) & (weakening > 0.0);
@@ -88,12 +89,12 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double strength_k = more * z * z * top_k;
 
     /* Length of the lag, and its derivatives by m', s and r. */
-    double secant = strength * per;
-    double after = weakening / (x * sigma);
+    double secant = strength * per, least = 0.05 * secant, after = weakening / (x * sigma);
     int by_stick = (m >= after) & (m >= least), by_slip = !by_stick & (after > least);
     double part = by_stick ? m : by_slip ? after : least;
     int whole = part > secant;
     part = whole ? secant : part;
+    double part_secant = whole ? 1.0 : (by_stick | by_slip) ? 0.0 : 0.05;
     double part_ratio = (by_stick & !whole) ? m_ratio : 0.0;
     double part_x = whole ? 0.0 : by_stick ? m_x : by_slip ? -after / x : 0.0;
     double part_weakening = (by_slip & !whole) ? 1.0 / (x * sigma) : 0.0;
@@ -115,7 +116,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
                  : beyond ? 0.0
                           : -3.0 * soft * part * square - rest * (2.0 / 3.0) / third;
     double l_q = (beyond & (over > 0.0)) ? -100.0 * length * brake : 0.0;
-    l_secant += whole ? l_part : 0.0;
+    l_secant += part_secant * l_part;
     double by_strength = l_secant * per - l_r * r / strength; /* s and r are G per and q/G */
 
     memory_flow flow;
