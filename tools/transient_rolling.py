@@ -26,8 +26,8 @@ traction onto its bound, with the weakening implicit; where strength snaps, slip
 by turns. Forces are of first order in h, as the traction begins like a root at the leading edge,
 and two grids are extrapolated.
 
-Error. Steady forces of the grids (32, 6) and (64, 6), extrapolated: 0.003 of q where part of the
-contact sticks, 0.001 where it slides, against `half_space`. A step of zero rolled distance is
+Error. Steady forces of 32 and 64 elements along and 12 rows, extrapolated: 0.003 of q where part of
+the contact sticks, 0.001 where it slides, against `half_space`. A step of zero rolled distance is
 Mindlin's problem to 0.002.
 """
 
@@ -43,8 +43,10 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from contactlib.base.quantities import FloatArray
+from contactlib.base.writing import package_folder, write_whole
 
-GRIDS = ((20, 6), (32, 6))  # elements along the longest chord, and rows across half of the contact
+GRIDS = (32, 64)  # elements along the longest chord
+ROWS = 6  # across half of the contact
 
 
 @dataclass(frozen=True)
@@ -304,3 +306,63 @@ def contact(
 ) -> Contact:
     """Give a discretised ellipse, made once."""
     return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry)
+
+
+# Histories of x against the rolled distance that the guide draws, and where they end.
+HISTORIES: dict[str, tuple[Callable[[float], float], float]] = {
+    "step": (lambda s: 2.0 if s > 0.0 else 0.0, 3.0),
+    "release": (lambda s: 0.4 if s > 0.0 else 3.0, 4.0),
+    "ramp": (lambda s: s, 3.0),
+    "swing": (lambda s: 1.3 + 0.3 * np.sin(1.5 * s), 12.0),
+}
+
+
+def history(
+    x: Callable[[float], float],
+    end: float,
+    *,
+    a_over_b: float = 1.4,
+    poisson_ratio: float = 0.28,
+    excess: float = 0.0,
+    k_hat: float = 0.0,
+    component: str = "x",
+    grids: tuple[int, int] = GRIDS,
+) -> tuple[FloatArray, FloatArray]:
+    """Give rolled distances and forces, extrapolated, from the steady state of x(0).
+
+    `component` is the direction of creepage and force; the other traction is left out. The second
+    grid must have twice the columns of the first.
+    """
+    decay = np.pi * k_hat**2 / (2.0 * excess) if excess else 1.0
+    way, forces = "xy".index(component), []
+    for columns in grids:
+        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component)
+        state, q, creepage = grid.at_rest(), [0.0], np.zeros(3)
+        for i in range(-round(8.0 / grid.step) if x(0.0) else 0, round(end / grid.step)):
+            creepage[way] = x(max(i + 0.5, 0.0) * grid.step)
+            state = grid.roll(state, creepage, excess, decay)
+            if i == -1:
+                q = [grid.forces(state)[way]]
+            if i >= 0:
+                q.append(grid.forces(state)[way])
+        forces.append(np.array(q)[:: columns // grids[0]])
+    n = min(forces[0].size, forces[1].size)
+    return 2.0 / grids[0] * np.arange(n), 2.0 * forces[1][:n] - forces[0][:n]
+
+
+def write_histories() -> None:
+    """Solve the histories with k_hat = 0.3 and f_s/f_d = 11/7 for the guide; takes seconds."""
+    lines = [
+        "# q against the distance rolled, over a, by tools/transient_rolling.py. Ellipse on a",
+        "# half-space, a/b = 1.4, nu = 0.28, k_hat of strips 0.3, f_s/f_d = 11/7.",
+        "history,distance,q",
+    ]
+    for name, (x, end) in HISTORIES.items():
+        s, q = history(x, end, excess=4 / 7, k_hat=0.3)
+        lines += [f"{name},{at:g},{force:.4f}" for at, force in zip(s, q, strict=True)]
+    path = package_folder("fmu").parent / "docs" / "explanation" / "transient_rolling.csv"
+    write_whole(path, ("\n".join(lines) + "\n").encode())
+
+
+if __name__ == "__main__":
+    write_histories()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from transient_rolling import contact as reference_contact
+from transient_rolling import history
 
 import contactlib as cl
 from contactlib import kernel
@@ -17,7 +18,6 @@ from contactlib.kernel.library import struct_dtype
 from contactlib.laws.relaxation import standing_stiffness
 
 KINETIC, LOAD = 0.3, 80e3
-GRIDS = (32, 64)
 
 
 @functools.cache
@@ -48,28 +48,6 @@ def strips_zeta0(of: cl.ForceElement) -> float:
     return 2.0 * KINETIC * of.contact.peak_pressure / of.contact.contact_modulus
 
 
-def reference(
-    x: Callable[[float], float], end: float, of: cl.ForceElement, excess: float, k_hat: float
-) -> tuple[FloatArray, FloatArray]:
-    """Distances over a and q of the reference, extrapolated, from the steady state at zero."""
-    aspect = of.contact.semi_axis_x / of.contact.semi_axis_y
-    decay = math.pi * k_hat**2 / (2.0 * excess) if excess else 1.0
-    forces = []
-    for columns in GRIDS:
-        grid = reference_contact(aspect, of.contact.poisson_ratio, columns, 6, "x", "x")
-        state, q, creepage = grid.at_rest(), [0.0], np.zeros(3)
-        for i in range(-round(8.0 / grid.step) if x(0.0) else 0, round(end / grid.step)):
-            creepage[0] = x(max(i + 0.5, 0.0) * grid.step)
-            state = grid.roll(state, creepage, excess, decay)
-            if i == -1:
-                q = [grid.forces(state)[0]]
-            if i >= 0:
-                q.append(grid.forces(state)[0])
-        forces.append(np.array(q)[:: columns // GRIDS[0]])
-    n = min(forces[0].size, forces[1].size)
-    return 2.0 / GRIDS[0] * np.arange(n), 2.0 * forces[1][:n] - forces[0][:n]
-
-
 def rolled(of: cl.ForceElement, s: FloatArray, x: FloatArray) -> FloatArray:
     force = cl.roll(of, creepage=x * strips_zeta0(of), distance=s * of.contact.semi_axis_x)
     return force / (KINETIC * LOAD)
@@ -80,7 +58,7 @@ def errors(
 ) -> FloatArray:
     """Errors of q at the reference's distances; a step at zero takes 1e-6 a."""
     of = element(aspect, nu, excess, k_hat)
-    s, q = reference(x, end, of, excess, k_hat)
+    s, q = history(x, end, a_over_b=aspect, poisson_ratio=nu, excess=excess, k_hat=k_hat)
     fine = np.r_[0.0, 1e-6, np.linspace(0.0, end, 40 * s.size)[1:]]
     found = rolled(of, fine, np.array([x(0.0), *map(x, fine[1:])]))
     return np.interp(s, fine, found)[1:] - q[1:]
