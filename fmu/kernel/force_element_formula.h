@@ -378,7 +378,7 @@ ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
     m.ratio = still ? p->initial_slope * tiny : ratio;
     m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
     m.q = m.sign * in->held_traction / at->kinetic;
-    m.pace = fabs(in->speed) / p->relaxation_length;
+    m.pace = at->reference / p->relaxation_length; /* at rest the slip alone loads the contact */
     m.flow = memory_flow_at(p, m.x, m.ratio, at->k_hat, m.weakening, m.q, in->unslipped, m.pace);
     if (still) {
         double *by = m.flow.by[0], fast = m.flow.per_length * m.pace, gap = ratio - m.q;
@@ -423,7 +423,7 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
             change[BY_WEAKENING] = -m.weakening * g;
             change[BY_TRACTION] = -m.q * g;
         }
-        if (i == 1) change[BY_PACE] = copysign(1.0 / p->relaxation_length, in->speed);
+        if (i == 1) change[BY_PACE] = at->speed_slope / p->relaxation_length;
         if (i == 2) change[BY_TRACTION] = m.sign / kinetic;
         if (i == 3) change[BY_UNSLIPPED] = 1.0;
         memory_change(&m, at, change, g, rate[i]);

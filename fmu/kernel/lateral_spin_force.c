@@ -173,8 +173,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
             change[BY_TRACTION] = m.sign * din->held_traction / at->kinetic - m.q * dlog_kinetic;
             change[BY_UNSLIPPED] = din->unslipped;
             change[BY_PACE] =
-                copysign(din->speed, in->speed * din->speed) / there.relaxation_length -
-                m.pace * dlog_width;
+                at->speed_slope * din->speed / there.relaxation_length - m.pace * dlog_width;
             memory_change(&m, at, change, dlog_kinetic, rate);
             dout->traction_rate = rate[0];
             dout->unslipped_rate = rate[1];
