@@ -17,8 +17,8 @@ static double stable_step(const model_values *v) {
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
     if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
         const force_element_parameters *p = &v->contact;
-        double speed = fmax(fabs(v->input.speed), p->minimum_speed);
-        hint = fmax(hint, sqrt(p->relaxation_length / (p->standing_stiffness * pole * speed)));
+        double reference = p->radius / v->output.creepage_by_omega; /* of the pole's speed */
+        hint = fmax(hint, sqrt(p->relaxation_length / (p->standing_stiffness * pole * reference)));
     }
     return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
 }
