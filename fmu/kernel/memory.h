@@ -63,6 +63,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
                                          double k, double weakening, double q, double h,
                                          double pace) {
     const double slope = p->initial_slope, kappa = p->standing_stiffness;
+    const double fastest = 100.0; /* rate of h by distance over sigma: a bound on its stiffness */
     double sigma = p->relaxation_length / p->semi_width;
     double excess = p->static_friction / p->kinetic_friction - 1.0, most = 1.0 + excess;
     int weakens = (excess > 0.0) & (k > 0.0) & (weakening > 0.0);
@@ -141,6 +142,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double target_m = 1.0 - (weakens ? back : 0.0);
     double inside = smaller(larger(r, 0.0), 1.0), second = inside * inside;
     double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = second * second;
+    int holds = returns | (wear > fastest);
+    wear = smaller(wear, fastest);
     double worn = wear * fourth * fourth;
     double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
     double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
@@ -150,10 +153,10 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
     by[BY_X] =
-        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
+        by_m * m_x + by_r * r_strength * strength_x - (holds ? 0.0 : pace * worn * (h - m) / x);
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;
-    by[BY_WEAKENING] = returns ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
+    by[BY_WEAKENING] = holds ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
     by[BY_TRACTION] = by_r / strength;
     by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
     by[BY_PACE] = per_pace;
