@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement
 
+from contactlib import kernel
 from contactlib.base.text import version as tool_version
 from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
@@ -129,14 +130,15 @@ def operating_point(model: Model) -> dict[str, float]:
     # If friction falls with slip speed, the creepage of the peak decreases with speed.
     saturation = wheelset.element.saturation_creepage
     creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
-    steady = wheelset.element.at_creepage(creepage, speed=speed)
-    traction = float(steady["steady_traction"])
+    element, omega = wheelset.element, (1.0 + creepage) * speed / wheelset.radius
+    native = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
+    steady = native.evaluate_one(omega, speed, element.normal_load, 1.0)
     return {
         "drive_torque": float(curve.torque(creepage)),
-        "omega": (1.0 + creepage) * speed / wheelset.radius,
-        "creep_force": traction * wheelset.element.normal_load,
-        "held_traction": traction,
-        "unslipped": float(steady["sticking"]),
+        "omega": omega,
+        "creep_force": steady.steady_traction * element.normal_load,
+        "held_traction": steady.steady_traction,
+        "unslipped": steady.sticking,
     }
 
 

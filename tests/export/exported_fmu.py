@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,24 @@ from fmu_instance import Subject
 import contactlib as cl
 
 
+def with_memory(model: cl.Model) -> cl.Model:
+    """The model, its contact with memory."""
+    wheelset = model.wheelset
+    return replace(
+        model, wheelset=replace(wheelset, element=replace(wheelset.element, memory=True))
+    )
+
+
+def fitting(model: cl.Model, name: str) -> cl.Model:
+    """The model for a kind of FMU of `EXPORTS`."""
+    return with_memory(model) if name.endswith("memory") else model
+
+
 def exported(
     model: cl.Model, folder: Path, name: str = "force_element", version: int = 2, **options: Any
 ) -> Path:
     """New folder with the contents of an FMU of `EXPORTS`; options add to those that it has."""
     place = Path(tempfile.mkdtemp(dir=folder))
     arguments = {**Subject(name, version).arguments, **options}
-    fmu = cl.export_fmu(model, place / "x.fmu", **arguments)
+    fmu = cl.export_fmu(fitting(model, name), place / "x.fmu", **arguments)
     return Path(fmpy.extract(str(fmu), unzipdir=str(place / "unpacked")))

@@ -13,13 +13,14 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-# Every kind of FMU that can be exported: arguments of `export_fmu` by name.
+# Every kind of FMU that can be exported: arguments of `export_fmu` by name. A name that ends in
+# "memory" is for models with memory: see `fitting` in exported_fmu.py.
 EXPORTS: dict[str, dict[str, Any]] = {
     "force_element": {"kind": "force_element"},
-    "force_element-relaxed": {"kind": "force_element", "relaxation_length": 8e-3},
+    "force_element-memory": {"kind": "force_element"},
     "force_element-implicit": {"kind": "force_element", "implicit": True},
     "wheelset": {"kind": "wheelset"},
-    "wheelset-relaxed": {"kind": "wheelset", "relaxation_length": 8e-3},
+    "wheelset-memory": {"kind": "wheelset"},
     "wheelset_body": {"kind": "wheelset_body"},
     "creep_forces": {"kind": "creep_forces"},
 }

@@ -18,6 +18,7 @@ import fmpy.ssp.ssd
 import numpy as np
 import pytest
 from command_line import done
+from exported_fmu import with_memory
 from fmu_proof import faults
 from outside_tools import module
 
@@ -252,9 +253,10 @@ def test_package_names_who_made_what(locomotive: cl.Model, tmp_path: Path) -> No
         assert fmpy.read_model_description(str(fmu)).author == "A. B."
 
 
+@pytest.mark.parametrize("memory", [False, True])
 @pytest.mark.parametrize("law", ["carter_griffith", "falling_friction", "polach"])
 def test_start_is_steady_and_on_the_rising_branch(
-    locomotive: cl.Model, tmp_path: Path, law: str
+    locomotive: cl.Model, tmp_path: Path, law: str, memory: bool
 ) -> None:
     text = cl.files.model_path("locomotive.toml").read_text(encoding="ascii")
     table = locomotive.wheelset.element.table
@@ -267,11 +269,14 @@ def test_start_is_steady_and_on_the_rising_branch(
         text = text.replace("initial_speed = 10.0", "initial_speed = 50.0")
     (tmp_path / "it.toml").write_text(text, encoding="ascii")
     model = cl.load_model(tmp_path / "it.toml", table=table)
-    contact, body = parts(model)
+    contact, body = parts(with_memory(model) if memory else model)
     contact.set(**dict(zip(("omega", "speed"), body.get("omega", "speed"), strict=True)))
     contact.evaluate()
     force, gradient, zeta = contact.get("creep_force", "force_gradient", "creepage")
     assert gradient > 0.0
+    if memory:
+        rates = contact.get("der(held_traction)", "der(unslipped)")
+        assert rates == pytest.approx([0.0, 0.0], abs=1e-8)  # [1/s]
     body.set(creep_force=force)
     body.evaluate()
     spin, pull = body.get("der(omega)", "der(speed)")
@@ -282,15 +287,12 @@ def test_start_is_steady_and_on_the_rising_branch(
 # ---- runs ---------------------------------------------------------------------------------------
 
 
-def parts(model: cl.Model, *, relaxation_length: float | None = None) -> list[kernel.NativeModel]:
+def parts(model: cl.Model) -> list[kernel.NativeModel]:
     """Contact and body as the FMUs of the package hold them."""
     table, given = model.wheelset.element.native_contact, operating_point(model)
     made = []
-    for kind, length in (("force_element", relaxation_length), ("wheelset_body", None)):
-        mode = kind == "force_element"
-        description = replace(
-            describe(model, kind, length, mode, mode), starts=given, whole_wheelset=True
-        )
+    for kind, mode in (("force_element", True), ("wheelset_body", False)):
+        description = replace(describe(model, kind, mode, mode), starts=given, whole_wheelset=True)
         made.append(kernel.NativeModel(kind, table, description.start_values))
     return made
 
@@ -400,9 +402,10 @@ def test_tool_runs_it_as_both_step_at_once(
 def test_contact_may_lag(
     rig: cl.Model, tmp_path: Path, run: Callable[[Path, float | None, int], FloatArray]
 ) -> None:
-    # A roller rig holds the speed: another body, besides the state.
-    path = cl.export_ssp(rig, tmp_path / "it.ssp", relaxation_length=8e-3)
-    made = parts(rig, relaxation_length=8e-3)
+    # A roller rig holds the speed: another body, besides the states.
+    model = with_memory(rig)
+    path = cl.export_ssp(model, tmp_path / "it.ssp")
+    made = parts(model)
     expected = exchange(*made, step=1e-2, count=100, from_nothing=run is run_fmpy)
     assert_equal(run(path, 1e-2, 100), expected)
     held = 0.5 * rig.wheelset.element.saturation_creepage
