@@ -16,10 +16,10 @@ import contactlib as cl
 from contactlib import kernel
 from contactlib.base.writing import package_folder
 
-MODES = {
-    "implicit": ("1", "0"),
-    "implicit, relaxed": ("1", "8e-3"),
-    "relaxed": ("0", "8e-3"),
+MODES = {  # whether the force is implicit and the contact has memory
+    "implicit": (True, False),
+    "implicit, memory": (True, True),
+    "memory": (False, True),
 }
 STEP = "1e-3"  # [s]
 
@@ -34,9 +34,11 @@ def compiled(model: cl.Model, scratch: Path) -> Path:
     return program
 
 
-def times(program: Path, mode: str) -> list[float]:
+def times(program: Path, element: cl.ForceElement, mode: str) -> list[float]:
     """Minimum, median, 99.9th percentile, maximum, and maximum of the minimum times [us]."""
-    command = [str(program), STEP, *MODES[mode]]
+    implicit, memory = MODES[mode]
+    numbers = [float(implicit), *(memory * v for v in element.memory_parameters.values())]
+    command = [str(program), STEP, *map(repr, numbers)]
     return list(map(float, subprocess.check_output(command, text=True).split()))
 
 
@@ -44,7 +46,10 @@ if __name__ == "__main__":
     print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of min")
     for name in sys.argv[1:] or ["roller_rig.toml", "locomotive.toml"]:
         with tempfile.TemporaryDirectory() as scratch:
-            program = compiled(cl.load_model(name), Path(scratch))
+            model = cl.load_model(name)
+            program = compiled(model, Path(scratch))
             for mode in MODES:
-                row = " ".join(f"{value:7.2f}" for value in times(program, mode))
+                row = " ".join(
+                    f"{value:7.2f}" for value in times(program, model.wheelset.element, mode)
+                )
                 print(f"{name:18}{mode:20} {row}")

@@ -53,7 +53,8 @@ def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
     wheelset, track = drivetrain.wheelset, scenario.track
     friction = wheelset.element.friction
     patch = track.friction_left
-    plain = drivetrain.axle is None and drivetrain.motor.lag == drivetrain.relaxation_length == 0.0
+    plain = drivetrain.axle is None and drivetrain.motor.lag == 0.0
+    plain = plain and not wheelset.element.memory
     if not plain or friction.falls_with_slip_speed or wheelset.mass is None or len(patch.at) != 4:
         raise ValueError("the scenario is not a rigid wheelset that meets a patch")
     if not isinstance(control, cl.traction.CreepPI) or control.reference_torque is None:

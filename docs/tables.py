@@ -222,24 +222,39 @@ def variable_row(v: Any) -> tuple[str, ...]:
     return f"`{v.name}`", unit, limits_in_words(limits), start, v.description or ""
 
 
-def variables(kind: str) -> str:
+def described(model: cl.Model, kind: str = "force_element") -> list[Any]:
     """Variables of an FMU of a kind."""
     with TemporaryDirectory() as folder:
-        path = cl.export_fmu(cl.load_model("locomotive.toml"), Path(folder) / "it.fmu", kind=kind)
-        description = read_model_description(str(path))
-    parts = []
+        path = cl.export_fmu(model, Path(folder) / "it.fmu", kind=kind)
+        found: list[Any] = read_model_description(str(path)).modelVariables
+        return found
+
+
+def variables(kind: str) -> str:
+    """Variables of an FMU of a kind."""
+    found, parts = described(cl.load_model("locomotive.toml"), kind), []
     for title, chosen in CAUSALITIES.items():
-        rows = [variable_row(v) for v in description.modelVariables if chosen(v)]
+        rows = [variable_row(v) for v in found if chosen(v)]
         if rows:
             head = ("variable", "unit", "limits", "start", "meaning")
             parts.append(f"**{title}**\n\n{table(head, rows)}")
     return "\n\n".join(parts)
 
 
+def memory() -> str:
+    """Variables that a contact with memory adds to the FMU of a force element."""
+    model = cl.load_model("locomotive.toml")
+    element = replace(model.wheelset.element, memory=True)
+    remembering = replace(model, wheelset=replace(model.wheelset, element=element))
+    plain = {v.name for v in described(model)}
+    rows = [variable_row(v) for v in described(remembering) if v.name not in plain]
+    return table(("variable", "unit", "limits", "start", "meaning"), rows)
+
+
 # ---- pages ----------------------------------------------------------------------------------
 
 TABLES: Mapping[str, Callable[..., str]] = {
-    one.__name__: one for one in (controllers, keys, laws, outcomes, shipped, variables)
+    one.__name__: one for one in (controllers, keys, laws, memory, outcomes, shipped, variables)
 }
 PLACE = re.compile(r"<!-- (\w+) ?([^>]*?) -->\n.*?<!-- end -->", re.DOTALL)
 

@@ -107,9 +107,9 @@ class ForceElement(Parameters):
         Number of equal wheels whose forces the element adds. They share its load; the contact is
         that of one wheel. Default: 1.
     memory : bool, optional
-        Whether the force follows changes of the creepage over the distance rolled, as it does in
-        an elastic contact; `kernel` and files then have two more states. In steady rolling nothing
-        changes. Default: no memory, every instant is steady.
+        Whether the force depends on what the contact rolled over: it then follows changes of the
+        creepage over the distance rolled, and FMUs and runs have two more states. In steady rolling
+        nothing changes. Default: no memory, every instant is steady.
     load_exponent : float, optional
         Semi-width and peak pressure, and so zeta0, the scale of the creepage axis, grow like the
         load to this power [1]. 0 keeps the creepage of a measured curve as measured. Default:

@@ -82,8 +82,8 @@ def roll(
     if not np.all(np.diff(distances) > 0.0):
         at = int(np.argmax(np.diff(distances) <= 0.0))
         raise ValueError(
-            f"distance must be strictly increasing, but {distances[at + 1]!r} follows "
-            f"{distances[at]!r}"
+            f"distance must be strictly increasing, but {float(distances[at + 1])!r} follows "
+            f"{float(distances[at])!r}"
         )
     fastest = kernel.force_input_limits()["speed"].at_most
     speed = checked_number("speed", speed, Limits(at_least=element.minimum_speed, at_most=fastest))

@@ -26,8 +26,8 @@ MODEL_NAMES = {
     "wheelset_body": "WheelsetBody",
     "creep_forces": "CreepForces",
 }
-# Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 MEMORY = ("relaxation_length", "standing_stiffness", "initial_slope")  # of a contact with memory
+# Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
 UNLIMITED = 1e300  # the kernel's limit for numbers without one
 

@@ -73,7 +73,7 @@ def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
     OSError
         If a file cannot be written.
     """
-    files = kernel_files(describe(model, "force_element", None, True, False))
+    files = kernel_files(describe(model, "force_element", True, False))
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():

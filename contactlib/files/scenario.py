@@ -248,14 +248,14 @@ class Scenario(Parameters):
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""
         between = {
-            "axle": self.drivetrain.axle is not None,
-            "motor": self.drivetrain.motor != Motor(),
-            "contact.memory": self.drivetrain.wheelset.element.memory,
-            "track": self.track != Track(),
-            "wheel_load": self.wheel_load is not None,
-            "held_speed": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
+            "[axle]": self.drivetrain.axle is not None,
+            "[motor]": self.drivetrain.motor != Motor(),
+            "contact.memory = true": self.drivetrain.wheelset.element.memory,
+            "[track]": self.track != Track(),
+            "[wheel_load]": self.wheel_load is not None,
+            "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
         }
-        if found := [f"[{part}]" for part, stands in between.items() if stands]:
+        if found := [part for part, stands in between.items() if stands]:
             raise ValueError(
                 f"{name} is continuous and acts on the wheels themselves: the scenario must not "
                 f"have {' or '.join(found)}"

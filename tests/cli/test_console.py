@@ -35,7 +35,7 @@ def test_numbers_have_ascii_digits() -> None:
                 with pytest.raises((click.BadParameter, ValueError), match=re.escape(text)):
                     option.process_value(context, text)
             numbers.add(option.name)
-    assert numbers >= {"chunk", "error", "relaxation_length", "seed", "seeds", "trials", "workers"}
+    assert numbers >= {"chunk", "error", "seed", "seeds", "trials", "workers"}
 
 
 def test_a_number_may_name_its_unit() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ STRIPS = cl.EllipticContact.from_semi_axes(
 FRICTION = cl.friction_with_k_hat(STRIPS, k_hat=0.1, static=0.45, kinetic=0.3)
 
 
-def wheel_with_layer(contact: cl.EllipticContact = STRIPS, **others: float) -> cl.ForceElement:
+def wheel_with_layer(contact: cl.EllipticContact = STRIPS, **others: Any) -> cl.ForceElement:
     table = cl.carter_griffith_table("elliptic")
     return cl.ForceElement(
         contact, FRICTION, table=table, radius=0.5, **{"layer_compliance": L, **others}

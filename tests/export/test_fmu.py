@@ -18,7 +18,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from exported_fmu import exported
+from exported_fmu import exported, fitting, with_memory
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
 from plain_scenario import controls
@@ -95,8 +95,7 @@ def test_fmus_that_differ_have_tokens_that_differ(rig: cl.Model, locomotive: cl.
         Description(rig, "force_element"),
         Description(rig, "wheelset"),
         Description(rig, "force_element", implicit=True),
-        Description(rig, "force_element", relaxation_length=8e-3),
-        Description(rig, "force_element", relaxation_length=9e-3),
+        Description(with_memory(rig), "force_element"),
         Description(locomotive, "force_element"),
     ]
     tokens = {d.token for d in descriptions}
@@ -187,8 +186,8 @@ def test_directional_derivatives_are_the_kernel_s(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:
     options = {n: v for n, v in EXPORTS[name].items() if n != "implicit"}
-    description = Description(locomotive, **options)
-    point = {"omega": 20.25, "drive_torque": 2e4, "relaxed_creepage": 0.011}
+    description = Description(fitting(locomotive, name), **options)
+    point = {"omega": 20.25, "drive_torque": 2e4, "held_traction": 0.2, "unslipped": 0.6}
     point = {n: v for n, v in point.items() if n in description.start_values}
     start = {**description.start_values, **point}
     native = kernel.NativeModel(description.kind, description.native_contact, start)
@@ -285,28 +284,24 @@ def test_bad_steps_are_refused(tool: Instance, point: float, step: float, messag
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, version: int) -> None:
-    # A relaxed wheel held at rest swings undamped. A minute of it gives the mean and a warning; if
-    # it spins there, hours are too much, and nothing changes.
-    folder = exported(rig, tmp_path, "wheelset-relaxed", version)
+    # A wheel with memory swings almost undamped where it is held at rest: a minute of it gives the
+    # mean and a warning. Beyond friction the wheel spins without limit, and nothing changes.
+    folder = exported(rig, tmp_path, "wheelset-memory", version)
     with Instance(folder).start(speed=0.0, omega=0.0, damping=0.0) as tool:
         tool.set(drive_torque=1e4)
         tool.step(0.0, 60.0)
-        warns(tool, "swings too often on its relaxed contact")
+        warns(tool, "swings too often on its contact")
         omega, torque = tool.get("omega", "wheel_torque")
         assert abs(omega) < 1e-6
         assert torque == pytest.approx(-1e4, rel=1e-6)
     with Instance(folder).start(speed=0.0, omega=-1.5, damping=0.0) as tool:
-        tool.set(drive_torque=300.0)
+        tool.set(drive_torque=1e6)
         tool.step(0.0, 1e-3)
         before = tool.get("omega", "speed", "creep_force", "time")
-        with tool.refused(status=2):
-            tool.step(1e-3, 1e4)
-        found = re.search(
-            r"within 100000 substeps; take steps of at most ([\d.e-]+) s", tool.message
-        )
-        assert found
+        with tool.refused("a state leaves its range", status=2):
+            tool.step(1e-3, 1e6)
         assert tool.get("omega", "speed", "creep_force", "time") == before
-        tool.step(1e-3, 0.99 * float(found[1]))
+        tool.step(1e-3, 1e3)
         assert tool.get("omega") != before[:1]
 
 
@@ -323,15 +318,27 @@ def test_value_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
             assert ("set implicit = true" in tool.message) == advised
 
 
+def test_step_that_memory_allows_does_not_depend_on_speed(rig: cl.Model, tmp_path: Path) -> None:
+    with Instance(exported(rig, tmp_path, "force_element-memory")).start() as tool:
+        hints = []
+        for speed in (0.0, 1e-3, 1.0):
+            tool.set(speed=speed, omega=speed / rig.wheelset.radius)
+            hints += tool.get("step_size_hint")
+        names = ("force_gradient", "effective_inverse_mass", "relaxation_length")
+        gradient, inverse_mass, sigma = tool.get(*names)
+        stiffness = tool.get("standing_stiffness")[0] * gradient * inverse_mass * speed
+    assert hints == pytest.approx([np.sqrt(sigma / stiffness)] * 3, rel=1e-6)
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_holds(
     rig: cl.Model, tmp_path: Path, version: int
 ) -> None:
-    folder = exported(rig, tmp_path, "force_element-relaxed", version)
+    folder = exported(rig, tmp_path, "force_element-memory", version)
 
     def run(step: float) -> list[tuple[str, str]]:
         with Instance(folder, exchange=True).start(omega=20.2) as tool:
-            call, state, rate = tool.fmu, (ctypes.c_double * 1)(), (ctypes.c_double * 1)()
+            call, state, rate = tool.fmu, (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
             event, rates = {
                 2: ("newDiscreteStates", "getDerivatives"),
                 3: ("updateDiscreteStates", "getContinuousStateDerivatives"),
@@ -340,10 +347,11 @@ def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
             call.enterContinuousTimeMode()
             with suppress(FMICallException):
                 for _ in range(2000):
-                    call.getContinuousStates(state, 1)
-                    getattr(call, rates)(rate, 1)
-                    state[0] += step * rate[0]
-                    call.setContinuousStates(state, 1)
+                    call.getContinuousStates(state, 2)
+                    getattr(call, rates)(rate, 2)
+                    for i in range(2):
+                        state[i] += step * rate[i]
+                    call.setContinuousStates(state, 2)
             return tool.log
 
     ((category, text),) = run(5e-3)
@@ -749,9 +757,7 @@ def test_source_reports_what_the_fmu_logged(fmu: Path) -> None:
     [
         ({"fmi_version": 1}, "fmi_version = 1 must be 2 or 3"),
         ({"platforms": ["pdp11-unix"]}, "'pdp11-unix' must be one of: x86_64-linux"),
-        ({"relaxation_length": 0.0}, "relaxation_length = 0.0 is out of range"),
         ({"kind": "car"}, "kind = 'car' must be one of"),
-        ({"relaxation_length": 8e-3, "kind": "wheelset_body"}, "needs a contact"),
         ({"implicit": True, "kind": "wheelset"}, "implicit = True needs"),
         ({"parallel_exchange": True, "kind": "wheelset"}, "parallel_exchange = True needs"),
     ],

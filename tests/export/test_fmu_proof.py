@@ -9,6 +9,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from fmu_proof import faults, libraries
 
@@ -28,7 +29,7 @@ def test_every_fmu_is_faultless(
 ) -> None:
     built = [platform for platform in PLATFORMS if kernel.library_path(platform).is_file()]
     options = {**EXPORTS[name], "fmi_version": version, "platforms": built}
-    path = cl.export_fmu(locomotive, tmp_path / "x.fmu", **options)
+    path = cl.export_fmu(fitting(locomotive, name), tmp_path / "x.fmu", **options)
     assert list(faults(path, everywhere=len(built) == len(PLATFORMS))) == []
 
 

@@ -22,7 +22,7 @@ import fmpy
 import fmpy.build
 import numpy as np
 import pytest
-from exported_fmu import exported
+from exported_fmu import exported, fitting
 from fmu_instance import EXPORTS, Instance, Subject
 from outside_tools import missing, module
 
@@ -37,7 +37,7 @@ pytestmark = pytest.mark.tools
 # Models and kinds: the locomotive, as it has a mass that moves, and an ellipse with spin.
 LOCOMOTIVE = [("locomotive", Subject(name, version)) for name in EXPORTS for version in (2, 3)]
 # The rig slips away and magnifies what a tool adds up in its own way: for the platforms alone.
-RIG = [("rig", Subject(name, 3)) for name in ("force_element-relaxed", "wheelset-relaxed")]
+RIG = [("rig", Subject(name, 3)) for name in ("force_element-memory", "wheelset-memory")]
 
 # Of a column's largest magnitude. A tool's step sizes differ in the last bits, as it adds up time
 # in its own way, and a wheelset that slips away magnifies that. The platforms themselves do not
@@ -98,6 +98,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 def make_case(subject: Subject, model: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Case:
     folder = tmp_path_factory.mktemp("with space")
     built = [name for name in PLATFORMS if kernel.library_path(name).is_file()]
+    model = fitting(model, subject.name)
     fmu = cl.export_fmu(model, folder / "subject.fmu", platforms=built, **subject.arguments)
     unzipped = Path(fmpy.extract(str(fmu), unzipdir=str(folder / "unzipped")))
     description = fmpy.read_model_description(str(fmu))
@@ -374,7 +375,7 @@ def source_case(
     """An FMU without binaries. One kind stands for all, as all have the same sources."""
     if shutil.which("cc") is None:
         missing("there is no C compiler")
-    made = make_case(Subject("wheelset-relaxed", request.param), locomotive, tmp_path_factory)
+    made = make_case(Subject("wheelset-memory", request.param), locomotive, tmp_path_factory)
     shutil.rmtree(made.folder / "binaries")
     return made
 

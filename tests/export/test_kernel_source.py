@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from cffi import FFI
 from click.testing import CliRunner
+from exported_fmu import fitting
 from fmu_instance import Instance
 from outside_tools import missing, module
 
@@ -235,9 +236,9 @@ def test_it_calls_no_more_than_the_c_library_s_mathematics(folders: dict[str, Pa
 
 MODES: dict[str, dict[str, Any]] = {
     "held": {},
-    "relaxed": {"relaxation_length": 8e-3},
+    "memory": {},
     "implicit": {"implicit": True},
-    "implicit-relaxed": {"implicit": True, "relaxation_length": 8e-3},
+    "implicit-memory": {"implicit": True},
     "implicit-parallel": {"implicit": True, "parallel_exchange": True},
 }
 
@@ -248,10 +249,13 @@ MODES: dict[str, dict[str, Any]] = {
 def test_it_gives_the_bits_of_the_fmu(
     folders: dict[str, Path], models: dict[str, cl.Model], tmp_path: Path, name: str, mode: str
 ) -> None:
-    fmu = cl.export_fmu(models[name], tmp_path / "x.fmu", **MODES[mode])
+    model = fitting(models[name], mode)
+    fmu = cl.export_fmu(model, tmp_path / "x.fmu", **MODES[mode])
     unpacked = Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked")))
     library = Library(folders[name], *compiler("zig"), *compiler_flags())
     library.set(**{"implicit": 0.0, **{key: float(value) for key, value in MODES[mode].items()}})
+    if mode.endswith("memory"):
+        library.set(**model.wheelset.element.memory_parameters)
     with Instance(unpacked) as tool:
         variables = tool.description.modelVariables
         names = [v.name for v in variables if v.causality == "output"]
@@ -328,6 +332,7 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
         ({"friction_scale": -1.0}, (1e-3,), "friction_scale must be from -1e-06 to 1000"),
         ({"radius": 0.0}, (1e-3,), "radius must be from 1e-06"),
         ({"relaxation_length": 1e-9}, (1e-3,), "relaxation_length must be 0 or from 1e-06 to 1000"),
+        ({"relaxation_length": 8e-3}, (1e-3,), "relaxation_length needs standing_stiffness and"),
         ({"kinetic_friction": 2.0}, (1e-3,), "static_friction must be at least kinetic_friction"),
         ({"effective_inverse_mass": 0.0}, (1e-3,), "effective_inverse_mass must be from 1e-12"),
         ({}, (math.nan,), "step must be finite and above zero"),

@@ -12,6 +12,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from exported_fmu import fitting
 from fmu_instance import Subject
 
 import contactlib as cl
@@ -27,8 +28,8 @@ TORQUE_TIME = (0.0, 1.0, 1.0, 2.5, 2.5, STOP)
 TORQUE = (24e3, 24e3, 29e3, 29e3, 15e3, 15e3)
 
 
-SUBJECTS = [Subject(name, v) for name in ("wheelset", "wheelset-relaxed") for v in (2, 3)]
-# For tests against `contactlib.simulate`, which does not relax.
+SUBJECTS = [Subject(name, v) for name in ("wheelset", "wheelset-memory") for v in (2, 3)]
+# For tests against `contactlib.simulate`, which has no memory.
 PLAIN = pytest.mark.parametrize("subject", SUBJECTS[:2], ids=str, indirect=True)
 
 
@@ -41,7 +42,7 @@ def subject(request: pytest.FixtureRequest) -> Subject:
 @pytest.fixture(scope="module")
 def fmu(subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("fmu") / "subject.fmu"
-    return cl.export_fmu(locomotive, path, **subject.arguments)
+    return cl.export_fmu(fitting(locomotive, subject.name), path, **subject.arguments)
 
 
 def slip_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:

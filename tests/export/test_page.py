@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from exported_fmu import with_memory
 from falling_friction import with_falling
 
 import contactlib as cl
@@ -26,12 +27,10 @@ from contactlib.files.model import Missing
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 KINDS = tuple(TITLES)
-SIGMA = 7.5e-3
 
 
-def page_of(model: cl.Model, kind: str = "force_element", relaxed: bool = False) -> bytes:
-    sigma = SIGMA if relaxed and kind in ("force_element", "wheelset") else 0.0
-    return index_page(Description(model, kind, relaxation_length=sigma))
+def page_of(model: cl.Model, kind: str = "force_element", memory: bool = False) -> bytes:
+    return index_page(Description(with_memory(model) if memory else model, kind))
 
 
 def with_element(model: cl.Model, element: cl.ForceElement) -> cl.Model:
@@ -64,11 +63,11 @@ def elliptic_model(locomotive: cl.Model) -> cl.Model:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("relaxed", [False, True])
+@pytest.mark.parametrize("memory", [False, True])
 def test_page_is_well_formed_ascii_and_needs_nothing_from_outside(
-    elliptic_model: cl.Model, kind: str, relaxed: bool
+    elliptic_model: cl.Model, kind: str, memory: bool
 ) -> None:
-    page = page_of(elliptic_model, kind, relaxed)
+    page = page_of(elliptic_model, kind, memory)
     assert page.isascii()
     assert "$" not in page.decode().replace("$$", "")
     root = tree_of(page)  # XML, so each element is closed and each reference known
@@ -135,10 +134,9 @@ def test_names_in_the_text_are_names_in_the_fmu(
 ) -> None:
     if warm and kind == "creep_forces":
         return  # without slip speed
-    sigma = SIGMA if kind == "force_element" else 0.0
     if warm:
         locomotive = replace(locomotive, wheelset=with_falling(locomotive.wheelset, 0.0))
-    description = Description(locomotive, kind, relaxation_length=sigma)
+    description = Description(with_memory(locomotive), kind)
     named = set(re.findall(r"<code>([a-z]+_[a-z_]+)</code>", index_page(description).decode()))
     # Other kinds of FMU, and what their partner in a coupling has.
     others = {*KINDS, "wheel_torque"} if kind == "wheelset_body" else set(KINDS)
@@ -233,22 +231,25 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
     slope = 0.75 * np.pi  # of Q/(f_d P) over zeta/zeta0, that of an ellipse
     unit_pole = slope * sliding / element.saturation_creepage * inverse_mass  # pole times speed
 
-    def table(relaxed: bool) -> np.ndarray:
-        root = tree_of(page_of(locomotive, relaxed=relaxed))
+    def table(memory: bool) -> np.ndarray:
+        root = tree_of(page_of(locomotive, memory=memory))
         found = root.find(".//*[@class='steps']")
         assert found is not None
         rows = [[text_of(cell) for cell in row] for row in found.iter(f"{HTML}tr")][1:]
         numbers = [[re.sub(r"\s", "", c).replace("\u221e", "inf") for c in row] for row in rows]
         return np.array(numbers, dtype=float)
 
-    speed, pole, sequential, parallel = table(relaxed=False).T
+    speed, pole, sequential, parallel = table(memory=False).T
     reference = np.where(speed > 0.0, speed, 3.0 / 8.0 * element.minimum_speed)
     assert pole == pytest.approx(unit_pole / reference, rel=5e-3)
     assert sequential == pytest.approx(2e3 * reference / unit_pole, rel=5e-3)
     assert parallel == pytest.approx(1e3 * reference / unit_pole, rel=5e-3)
-    _, pole, sequential, parallel = table(relaxed=True).T  # no minimum speed
+    _, pole, sequential, parallel = table(memory=True).T  # no minimum speed
     assert 1.0 / pole == pytest.approx(speed / unit_pole, rel=5e-3)
-    longest = np.maximum(2e3 * speed / unit_pole, 2e3 * np.sqrt(SIGMA / unit_pole))
+    contact = element.contact
+    spring = contact.relaxation_lengths.longitudinal * contact.semi_width
+    spring /= contact.standing_stiffness * unit_pole
+    longest = np.maximum(2e3 * speed / unit_pole, 2e3 * np.sqrt(spring))
     assert sequential == pytest.approx(longest, rel=5e-3)
     assert parallel == pytest.approx(1e3 * speed / unit_pole, rel=5e-3)
 

@@ -181,15 +181,15 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
 
 
 def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
+    wheelset = locomotive.wheelset
     drivetrain = Drivetrain(
-        locomotive.wheelset,
+        replace(wheelset, element=replace(wheelset.element, memory=True)),
         axle=Axle(stiffness=6e6, damping=500.0, drive_share=0.4),
         motor=Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
-        relaxation_length=8e-3,
     )
     setting = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
-    assert f"Motor lag 10 ms, {limits}, relaxation length 8 mm, axle {hertz:.3g} Hz, " in setting
+    assert f"Motor lag 10 ms, {limits}, contact with memory, axle {hertz:.3g} Hz, " in setting
     assert setting.endswith("% of critical.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0

@@ -150,6 +150,23 @@ def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     assert element.saturation_creepage == pytest.approx(0.015, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["roller_rig.toml", "locomotive.toml"])
+def test_a_contact_with_memory_has_the_lengths_of_its_shape(tmp_path: Path, name: str) -> None:
+    text = cl.files.model_path(name).read_text(encoding="ascii")
+    (tmp_path / "it.toml").write_text(text.replace("[contact]", "[contact]\nmemory = true"))
+    element = cl.load_model(tmp_path / "it.toml").wheelset.element
+    plain = cl.load_model(name).wheelset.element
+    assert (element.memory, plain.memory) == (True, False)
+    assert plain.rolling_parameters == element.parameters  # steady rolling is the same
+    found, contact = element.rolling_parameters, element.contact
+    length = found["relaxation_length"] / contact.semi_width
+    assert length == pytest.approx(contact.relaxation_lengths.longitudinal, rel=1e-12)
+    record = element.evaluate(omega=element.minimum_speed / element.radius, speed=10.0 * 0.01)
+    scale = element.friction.kinetic * element.normal_load / element.saturation_creepage
+    slope = record["force_gradient"] * element.minimum_speed / scale
+    assert found["initial_slope"] == pytest.approx(slope, rel=1e-6)
+
+
 POLACH = """
 [law]
 kind = "polach"

@@ -47,13 +47,13 @@ def test_shipped_scenarios_load(name: str) -> None:
     assert scenario.controllers
     if name.startswith("torque_or_creep"):  # the plain vehicle
         return
-    # Polach 2005, dry; CONTACT finds relaxation over 1.3 to 1.8 semi-widths.
+    # Polach 2005, dry.
     friction = element.friction  # at high slip speed it is Polach's A times that at rest
     assert friction.slip_rate_residual * friction.kinetic == pytest.approx(
         0.4 * friction.static, rel=1e-3
     )
     assert friction.slip_rate_decay == 0.6
-    assert 1.3 < scenario.drivetrain.relaxation_length / element.contact.semi_width < 1.8
+    assert element.memory
     assert scenario.demand.at[-1] <= scenario.duration
     # The run can begin in a steady state on the rising branch.
     scale = scenario.track.friction_scale(0.0, 0.0)
@@ -168,7 +168,8 @@ def test_what_is_left_out_is_as_plain_as_can_be(tmp_path: Path) -> None:
     assert scenario.track == cl.Track()
     assert scenario.held_speed is None
     drivetrain = scenario.drivetrain
-    assert (drivetrain.axle, drivetrain.motor.lag, drivetrain.relaxation_length) == (None, 0.0, 0.0)
+    assert (drivetrain.axle, drivetrain.motor) == (None, Motor())
+    assert not drivetrain.wheelset.element.memory
     assert list(scenario.controllers) == ["first"]
 
 
@@ -183,8 +184,6 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         [motor]
         lag = "20 ms"
         power = "1.6 MW"
-        [contact_relaxation]
-        length = "7.5 mm"
         [sensors]
         vehicle_speed_bias = "-0.5 %"
         encoder_pulses = 120
@@ -201,6 +200,8 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         frequency = [0.5, "10 Hz"]
         density = [0.02, 0.0]
         seed = 7
+        [vehicle_changes.contact]
+        memory = true
         [vehicle_changes.friction]
         static = 0.5
         [vehicle_changes.wheelset]
@@ -210,7 +211,7 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     drivetrain = scenario.drivetrain
     assert drivetrain.axle == Axle(stiffness=6e6, damping=400.0)
     assert drivetrain.motor == Motor(lag=0.02, power=1.6e6)
-    assert drivetrain.relaxation_length == pytest.approx(7.5e-3)
+    assert drivetrain.wheelset.element.memory
     assert scenario.sensors == Sensors(
         vehicle_speed_bias=-0.005, encoder_pulses=120.0, delay=0.01, seed=3.0
     )
@@ -326,7 +327,8 @@ ADDED = [
     ),
     ("[held_speed]\ntime=[0.0]\nspeed=[1.0]", r"held_speed needs .*rig"),
     ("[axle]", r"axle\.stiffness is missing"),
-    ("[contact_relaxation]\nlenth = 1", r"did you mean 'length'"),
+    ("[vehicle_changes.contact]\nmemory = 1", r"contact\.memory = 1 "),
+    ("[contact_relaxation]\nlength = 1", r"contact_relaxation is not a known"),
     ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, friction"),
     (
         "[track]\ndistance = [0.0]\nfriction_left = [1.0]",
@@ -424,6 +426,10 @@ def test_continuous_controllers_are_read(tmp_path: Path) -> None:
         (f"{TORQUE}torque = [0.0]", r"controllers\.torque\.torque is not a known key"),
         (f"{TORQUE}[motor]\nlag = 0.01", r"torque is continuous .* must not have \[motor\]$"),
         (f"{TORQUE}[axle]\nstiffness = 6e6", r"torque is continuous .* must not have \[axle\]$"),
+        (
+            f"{TORQUE}[vehicle_changes.contact]\nmemory = true",
+            r"torque is continuous .* must not have contact\.memory = true$",
+        ),
         (f"{CREEP}[track]\ndistance = [0.0]\nfriction = [0.5]", r"creep is .* have \[track\]$"),
     ],
 )

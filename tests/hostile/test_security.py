@@ -280,7 +280,7 @@ def test_a_model_s_text_is_text_in_what_an_fmu_carries(rig: cl.Model) -> None:
     sent = dataclasses.replace(rig, name=MARKUP, source=MARKUP)
     plain = dataclasses.replace(rig, name="x", source="x")
     for kind in ("force_element", "wheelset"):
-        made, known = (package.describe(m, kind, None, False, False) for m in (sent, plain))
+        made, known = (package.describe(m, kind, False, False) for m in (sent, plain))
         page, usual = (Elements(documentation.index_page(d).decode()) for d in (made, known))
         assert [tag for tag, _ in page.found] == [tag for tag, _ in usual.found]
         assert "script" not in {tag for tag, _ in page.found}

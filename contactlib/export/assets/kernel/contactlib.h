@@ -41,7 +41,7 @@ typedef struct {
     contactlib_memory memory; /* of the steps before; the caller leaves it alone */
     double substep;           /* likewise */
     double held_tolerance;    /* that of the last implicit step: larger than the given one if the
-                                 wheel swings too often on a relaxed contact to be followed */
+                                 wheel swings too often on its contact to be followed */
 } contactlib_element;
 
 /* Relative tolerance of the slip over an implicit step, the default of an FMU. */
@@ -50,14 +50,14 @@ typedef struct {
 /* Fill in parameters and inputs of the model; parameters may then be changed within their limits. */
 void contactlib_start(contactlib_element *element);
 
-/* Output at an input, with the partial derivatives of force, creepage and relaxation rate: the
- * steady force, or with a relaxation length that at the relaxed creepage. Returns NULL, or a text
+/* Output at an input, with partial derivatives: the steady force, or that of the held traction if
+ * the contact has memory, as with a relaxation length above zero. Returns NULL, or a text
  * that names what is out of its limits; the output is then unchanged. No friction (a friction
  * scale of zero) and no load are no errors: there is no force. */
 const char *contactlib_force(const contactlib_parameters *parameters,
                              const contactlib_input *input, contactlib_output *output);
 
-/* Make a step with the inputs held and set outputs, and the relaxed creepage, at its end. Returns
+/* Make a step with the inputs held and set outputs, and the states of a memory, at its end. Returns
  * NULL, or a message: what is out of its limits, or why the step failed; the element is then
  * unchanged. The mean force of an implicit step replaces creep_force, wheel_torque and
  * traction_coefficient; what drives the slip is taken from its change over the step before, so a
