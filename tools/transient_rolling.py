@@ -18,7 +18,7 @@ sqrt(1 - X^2 - (Y a/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/D)), where u_s is the slip
 particle since the leading edge and D = pi k_hat^2/(2 (f_s/f_d - 1)).
 
 Method. Rows lie between Chebyshev points of Y and are divided, from the leading edge on, into
-elements of one length h, the last of which takes the rest. Traction is constant on an element, and
+elements of one length h; the last one takes the rest. Traction is constant on an element, and
 displacement is taken at its centre. The contact rolls by h in a step, so every particle moves on by
 one element and nothing is interpolated. A particle that enters has rolled half a step since it met
 the leading edge. Each step solves stick and slip by Newton's method for the projection of the

@@ -382,10 +382,12 @@ ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
     m.flow = memory_flow_at(p, m.x, m.ratio, at->k_hat, m.weakening, m.q, in->unslipped, m.pace);
     if (still) {
         double *by = m.flow.by[0], fast = m.flow.per_length * m.pace, gap = ratio - m.q;
+        double of_limit = m.flow.rate[0], by_length = by[BY_TRACTION] + fast;
         m.flow.rate[0] = fast * gap;
         memset(by, 0, sizeof m.flow.by[0]);
         by[BY_RATIO] = fast;
         by[BY_TRACTION] = -fast;
+        if (fabs(m.q) > 1e-3) by[BY_TRACTION] += by_length * m.flow.rate[0] / of_limit;
         by[BY_PACE] = m.flow.per_length * gap;
     }
     return m;

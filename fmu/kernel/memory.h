@@ -10,11 +10,11 @@
  *           = -2.5 (x/D) r^8 (h - m).
  *
  * m = 2 Q/(S0 x) - 1 is the part that sticks in steady rolling (exact for Carter's law), D the
- * weakening length over a zeta0, r = q/G, and F the strength of a contact that has not slipped: the
- * parabola of Carter's law, whose friction is f_s, but at most f_d (1 + 9/4 E R/sqrt(E^2 + R^2)),
- * R = f_s/f_d - 1. E = 1.5 k_hat^(4/3) is the force over f_d P, less one, by which a contact that
- * stands still breaks loose, if it weakens over a short zone. h' is m, and up to 1
- * while the force opposes the creepage, as the whole contact then sticks.
+ * weakening length over a zeta0 (in dh/ds at least sigma/(8 S0)), r = q/G, and F the strength of a
+ * contact that has not slipped: the parabola of Carter's law, whose friction is f_s, but at most
+ * f_d (1 + 9/4 E R/sqrt(E^2 + R^2)), R = f_s/f_d - 1. E = 1.5 k_hat^(4/3) is the force over f_d P,
+ * less one, by which a contact that stands still breaks loose, if it weakens over a short zone. h'
+ * is m, and up to 1 while the force opposes the creepage, as the whole contact then sticks.
  *
  * sigma L is the length of the lag. With s = G/(S0 x), y = 1 - r and kappa, the stiffness of
  * a contact that stands still over S0/sigma,
@@ -63,7 +63,6 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
                                          double k, double weakening, double q, double h,
                                          double pace) {
     const double slope = p->initial_slope, kappa = p->standing_stiffness;
-    const double fastest = 100.0; /* rate of h by distance over sigma: a bound on its stiffness */
     double sigma = p->relaxation_length / p->semi_width;
     double excess = p->static_friction / p->kinetic_friction - 1.0, most = 1.0 + excess;
     int weakens = (excess > 0.0) & (k > 0.0) & (weakening > 0.0);
@@ -141,9 +140,9 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
     double inside = smaller(larger(r, 0.0), 1.0), second = inside * inside;
-    double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = second * second;
-    int holds = returns | (wear > fastest);
-    wear = smaller(wear, fastest);
+    /* A shorter distance would make h quicker than q. */
+    double shortest = 0.125 * sigma / slope, weaken = larger(weakening, shortest);
+    double wear = weakens ? 2.5 * sigma * x / weaken : 0.0, fourth = second * second;
     double worn = wear * fourth * fourth;
     double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
     double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
@@ -153,10 +152,10 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
     by[BY_X] =
-        by_m * m_x + by_r * r_strength * strength_x - (holds ? 0.0 : pace * worn * (h - m) / x);
+        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;
-    by[BY_WEAKENING] = holds ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
+    by[BY_WEAKENING] = (returns | (weakening < shortest)) ? 0.0 : pace * worn * (h - m) / weaken;
     by[BY_TRACTION] = by_r / strength;
     by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
     by[BY_PACE] = per_pace;
