@@ -34,9 +34,9 @@ Mindlin's problem to 0.002.
 from __future__ import annotations
 
 import functools
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,38 +83,33 @@ class Contact:
         components: str = "xy",
         symmetry: str = "",
     ) -> None:
-        nu, b = poisson_ratio, 1.0 / a_over_b
-        self.step, self.components = 2.0 / columns, components
+        nu, b, count = poisson_ratio, 1.0 / a_over_b, len(components)
+        self.step, self.components, self.symmetry = 2.0 / columns, components, symmetry
         borders = b * np.cos(np.arange(2 * rows + 1) * np.pi / (2 * rows))
-        x, y, half_x, half_y, pressure, self.first, edge = [], [], [], [], [], [], []
-        for upper, lower in itertools.pairwise(borders):
-            middle = 0.5 * (upper + lower)
-            chord = np.sqrt(1.0 - (middle / b) ** 2)
-            n = max(round(2.0 * chord / self.step), 1)
-            ends = chord - self.step * np.arange(n + 1)
-            ends[-1] = -chord
-            t = np.clip(ends / chord, -1.0, 1.0)
-            area = 0.5 * chord**2 * (t * np.sqrt(1.0 - t * t) + np.arcsin(t))
-            self.first.append(sum(map(len, x)))
-            edge.append((chord, middle))
-            x.append(0.5 * (ends[:-1] + ends[1:]))
-            half_x.append(0.5 * (ends[:-1] - ends[1:]))
-            y.append(np.full(n, middle))
-            half_y.append(np.full(n, 0.5 * (upper - lower)))
-            pressure.append(-np.diff(area) / (2.0 * half_x[-1]))
-        self.x, self.y, half_x, half_y, self.pressure = map(
-            np.concatenate, (x, y, half_x, half_y, pressure)
-        )
-        weight = 4.0 * half_x * half_y
-        self.weight = weight / (weight @ self.pressure)
-        edge_x, edge_y = np.array(edge).T
+        across, height = 0.5 * (borders[:-1] + borders[1:]), -np.diff(borders)
+        chords = np.sqrt(1.0 - (across / b) ** 2)
+        numbers = np.maximum(np.rint(2.0 * chords / self.step).astype(int), 1)
+        ends = [
+            w - self.step * np.r_[:n, 2.0 * w / self.step]
+            for w, n in zip(chords, numbers, strict=True)
+        ]
+        x = np.concatenate([0.5 * (e[:-1] + e[1:]) for e in ends])
+        length = np.concatenate([-np.diff(e) for e in ends])
+        y, width = np.repeat(across, numbers), np.repeat(height, numbers)
+        area = [w * np.arcsin(np.clip(e / w, -1.0, 1.0)) for w, e in zip(chords, ends, strict=True)]
+        root = [np.sqrt(np.maximum(w * w - e * e, 0.0)) for w, e in zip(chords, ends, strict=True)]
+        under = [0.5 * (w * s + e * r) for w, s, e, r in zip(chords, area, ends, root, strict=True)]
+        pressure = -np.concatenate([np.diff(u) for u in under]) / length
+        weight = length * width
+        weight /= weight @ pressure
+        first = np.cumsum(numbers) - numbers
 
         # Displacements at the centres of the elements, and at the leading edge of each row.
-        at_x, at_y = np.r_[self.x, edge_x][:, None], np.r_[self.y, edge_y][:, None]
-        plain = along = mixed = 0.0
+        at_x, at_y = np.r_[x, chords][:, None], np.r_[y, across][:, None]
+        plain = along = mixed = np.zeros((at_x.size, x.size))
         for i in (-1, 1):
             for j in (-1, 1):
-                dx, dy = at_x - self.x + i * half_x, at_y - self.y + j * half_y
+                dx, dy = at_x - x + 0.5 * i * length, at_y - y + 0.5 * j * width
                 # The integrals of 1/r, dx^2/r^3 and dx dy/r^3 over a rectangle.
                 of_x = dx * np.arcsinh(dy / np.abs(dx).clip(1e-300))
                 of_y = dy * np.arcsinh(dx / np.abs(dy).clip(1e-300))
@@ -127,45 +122,33 @@ class Contact:
             "xy": nu * mixed,
             "yx": nu * mixed,
         }
-        size = self.x.size // (2 if symmetry else 1)
-        lines = edge_x.size // (2 if symmetry else 1)
-        each = np.split(np.arange(self.x.size), self.first[1:])
-        mirror = np.concatenate(each[::-1])
-        kept = np.r_[:size, self.x.size : self.x.size + lines]
+        half = 2 if symmetry else 1
+        size, lines = x.size // half, chords.size // half
+        mirror = np.concatenate(np.split(np.arange(x.size), first[1:])[::-1])
+        kept = np.r_[:size, x.size : x.size + lines]
         blocks = []
         for to in components:
-            row = []
             for source in components:
                 block = kernel[to + source]
                 if symmetry:
-                    even = 1.0 if source == symmetry else -1.0
-                    block = block + even * block[:, mirror]
-                row.append(block[kept, :size] / (2.0 * np.pi * (1.0 - nu)))
-            blocks.append(row)
-        self.influence = np.block([[part[:size] for part in row] for row in blocks])
-        self.at_edge = np.block([[part[size:] for part in row] for row in blocks])
-        self.symmetry = symmetry
-        self.x, self.y, self.pressure = self.x[:size], self.y[:size], self.pressure[:size]
-        self.weight = self.weight[:size] * (2.0 if symmetry else 1.0)
-        self.first = np.array(self.first[:lines])
+                    block = block + (1.0 if source == symmetry else -1.0) * block[:, mirror]
+                blocks.append(block[kept, :size] / (2.0 * np.pi * (1.0 - nu)))
+        split = [blocks[i : i + count] for i in range(0, len(blocks), count)]
+        self.influence = np.block([[part[:size] for part in row] for row in split])
+        self.at_edge = np.block([[part[size:] for part in row] for row in split])
+        self.x, self.y, self.pressure = x[:size], y[:size], pressure[:size]
+        self.weight, self.first = weight[:size] * half, first[:lines]
         # A particle comes from the element ahead, and from the edge half a step ago.
         self.ahead = np.arange(size) - 1
-        entering = np.zeros((self.first.size, size))
-        entering[np.arange(self.first.size), self.first] = 0.5
-        count = len(components)
+        entering = np.zeros((lines, size))
+        entering[np.arange(lines), self.first] = 0.5
         self.change = np.kron(np.eye(count), entering.T) @ self.at_edge - self.influence
         self.scale = 1.0 / np.abs(np.diag(self.change)).mean()
-        self.rigid = np.zeros((3, count, size))
-        self.rolled = np.full(size, self.step)
+        self.rolled = self.x[self.ahead] - self.x  # not h for the last element of a row
         self.rolled[self.first] = 0.5 * self.step
-        last = np.r_[self.first[1:], size] - 1
-        # The last element's centre is not h behind the one ahead.
-        inner = np.array([i for i in last if i not in set(self.first)], dtype=int)
-        self.rolled[inner] = self.x[inner - 1] - self.x[inner]
-        for k, name in enumerate(components):
-            self.rigid[0, k] = name == "x"
-            self.rigid[1, k] = name == "y"
-            self.rigid[2, k] = -self.y if name == "x" else self.x
+        one, nothing = np.ones(size), np.zeros(size)
+        rigid = {"x": (one, nothing, -self.y), "y": (nothing, one, self.x)}
+        self.rigid = np.stack([rigid[name] for name in components], axis=1)
 
     def at_rest(self) -> Moment:
         """State without tractions."""
@@ -181,14 +164,12 @@ class Contact:
     def forces(self, state: Moment) -> FloatArray:
         """Forces and moment (q_x, q_y, m) on the wheel, over f_d P and f_d P a."""
         p = dict(zip(self.components, state.traction, strict=True))
-        zero = np.zeros_like(self.x)
-        px, py = p.get("x", zero), p.get("y", zero)
-        if self.symmetry:
-            px, py = (px, zero) if self.symmetry == "x" else (px, py)
-        qx = 0.0 if self.symmetry == "y" else self.weight @ px
-        qy = 0.0 if self.symmetry == "x" else self.weight @ py
-        moment = 0.0 if self.symmetry == "x" else self.weight @ (self.x * py - self.y * px)
-        return np.array([qx, qy, moment])
+        nothing = np.zeros_like(self.x)
+        if self.symmetry:  # the halves of the other force cancel
+            p = {self.symmetry: p[self.symmetry]}
+        along, across = p.get("x", nothing), p.get("y", nothing)
+        moment = self.x * across - (nothing if self.symmetry else self.y * along)
+        return np.array([self.weight @ part for part in (along, across, moment)])
 
     def roll(
         self, state: Moment, creepage: FloatArray, excess: float = 0.0, decay: float = 1.0
@@ -217,15 +198,15 @@ class Contact:
         fixed, p = rigid + before, state.traction
 
         def weakened(length: FloatArray) -> FloatArray:
-            return excess * np.exp(-(slipped + length) / decay)
+            return np.asarray(excess * np.exp(-(slipped + length) / decay))
 
-        found = self._solve(p, fixed, lambda length: (weakened(length), weakened(length) / decay))
+        found = self._solve(p, fixed, lambda length: (weakened(length), 1.0 / decay))
         if found is None:
             # Strength snaps. With that of the slip before, slip and weakening grow by turns.
             length = np.zeros(size)
             for _ in range(500):
                 left = weakened(length)
-                found = self._solve(p, fixed, lambda _, left=left: (left, 0.0 * left))
+                found = self._solve(p, fixed, functools.partial(_held, left))
                 if found is None:
                     break
                 p, more = found[0], np.maximum(found[2], length)
@@ -247,16 +228,16 @@ class Contact:
         self,
         p: FloatArray,
         fixed: FloatArray,
-        excess: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+        excess: Callable[[FloatArray], tuple[FloatArray, float]],
     ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray] | None:
         """Give tractions, which elements slide, and their slip, by Newton's method.
 
-        `excess` gives the static friction that a slip leaves, over f_d, and its rate of fall.
+        `excess` gives what slips leave of f_s/f_d - 1, and the rate of its logarithm's fall.
         """
         count, size = p.shape
         scale, change = self.scale, self.change
 
-        def look(p: FloatArray) -> tuple[FloatArray, ...]:
+        def look(p: FloatArray) -> tuple[Any, ...]:
             slip = fixed + (change @ p.ravel()).reshape(count, size)
             trial, length = p + scale * slip, np.hypot(slip[0], slip[1:].sum(0))
             strength = np.hypot(trial[0], trial[1:].sum(0)).clip(1e-300)
@@ -264,7 +245,7 @@ class Contact:
             bound = self.pressure * (1.0 + left)
             slides, e = strength > bound, trial / strength
             residual = np.where(slides, p - bound * e, -scale * slip)
-            return residual, slip, length, strength, bound, self.pressure * fall, slides, e
+            return residual, slip, length, strength, bound, self.pressure * left * fall, slides, e
 
         found = look(p)
         for iteration in range(50):
@@ -282,7 +263,7 @@ class Contact:
             turn = (bound / strength)[at]
             rows = unit + e[:, at, None] * by_length - turn[:, None] * trial_by
             jacobian.reshape(count, size, -1)[:, at] = rows
-            *_, delta, info = lapack.dgesv(jacobian, -residual.ravel())
+            *_, delta, info = lapack.dgesv(jacobian, -residual.reshape(-1, 1))
             if info:
                 return None
             norm, part = np.linalg.norm(residual), 1.0
@@ -293,6 +274,10 @@ class Contact:
                 part *= 0.4
             p = p + part * delta.reshape(count, size)
         return None
+
+
+def _held(left: FloatArray, _: FloatArray) -> tuple[FloatArray, float]:
+    return left, 0.0
 
 
 @functools.lru_cache(maxsize=16)
@@ -347,7 +332,8 @@ def history(
                 q.append(grid.forces(state)[way])
         forces.append(np.array(q)[:: columns // grids[0]])
     n = min(forces[0].size, forces[1].size)
-    return 2.0 / grids[0] * np.arange(n), 2.0 * forces[1][:n] - forces[0][:n]
+    distance = np.arange(n, dtype=np.float64) * (2.0 / grids[0])
+    return distance, np.asarray(2.0 * forces[1][:n] - forces[0][:n])
 
 
 def write_histories() -> None:

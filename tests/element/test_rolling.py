@@ -49,7 +49,7 @@ def strips_zeta0(of: cl.ForceElement) -> float:
 
 
 def rolled(of: cl.ForceElement, s: FloatArray, x: FloatArray) -> FloatArray:
-    force = cl.roll(of, creepage=x * strips_zeta0(of), distance=s * of.contact.semi_axis_x)
+    force = cl.roll(of, creepage=x * strips_zeta0(of), distance=s * of.contact.semi_width)
     return force / (KINETIC * LOAD)
 
 
@@ -64,6 +64,14 @@ def errors(
     return np.interp(s, fine, found)[1:] - q[1:]
 
 
+def step(before: float, after: float) -> Callable[[float], float]:
+    return lambda s: after if s > 0.0 else before
+
+
+def ramp(rate: float) -> Callable[[float], float]:
+    return lambda s: rate * s
+
+
 def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -73,9 +81,7 @@ STEPS = [(0.0, 0.3), (0.0, 1.2), (0.4, 0.8), (1.2, 0.4), (3.0, 0.0), (0.8, -0.8)
 
 @pytest.mark.parametrize(("aspect", "nu"), [(1.4, 0.28), (0.5, 0.28), (2.0, 0.28), (1.0, 0.5)])
 def test_steps_of_constant_friction(aspect: float, nu: float) -> None:
-    found = [
-        errors(lambda s, a=a, b=b: b if s > 0.0 else a, 5.0, aspect, nu, 0.0, 0.0) for a, b in STEPS
-    ]
+    found = [errors(step(a, b), 5.0, aspect, nu, 0.0, 0.0) for a, b in STEPS]
     every = np.concatenate(found)
     assert rms(every) < 0.03
     assert np.abs(every).max() < 0.14
@@ -83,7 +89,7 @@ def test_steps_of_constant_friction(aspect: float, nu: float) -> None:
 
 @pytest.mark.parametrize("rate", [0.1, 0.3, 1.0])
 def test_ramps_of_constant_friction(rate: float) -> None:
-    found = errors(lambda s: rate * s, 2.0 / rate, 1.4, 0.28, 0.0, 0.0)
+    found = errors(ramp(rate), 2.0 / rate, 1.4, 0.28, 0.0, 0.0)
     assert rms(found) < 0.025
     assert np.abs(found).max() < 0.1
 
@@ -92,16 +98,11 @@ def test_ramps_of_constant_friction(rate: float) -> None:
 @pytest.mark.parametrize("excess", [4 / 7, 8 / 7])
 def test_weakening_friction(excess: float) -> None:
     """Part of the error is that of the steady law, whose weakening zone is not short here."""
-    steps = np.concatenate(
-        [
-            errors(lambda s, a=a, b=b: b if s > 0.0 else a, 5.0, 1.4, 0.28, excess, 0.3)
-            for a, b in STEPS
-        ]
-    )
+    steps = np.concatenate([errors(step(a, b), 5.0, 1.4, 0.28, excess, 0.3) for a, b in STEPS])
     assert rms(steps) < 0.045
     assert np.abs(steps).max() < 0.2
     ramps = np.concatenate(
-        [errors(lambda s, r=r: r * s, 2.0 / r, 1.4, 0.28, excess, 0.3) for r in (0.1, 0.3, 1.0)]
+        [errors(ramp(r), 2.0 / r, 1.4, 0.28, excess, 0.3) for r in (0.1, 0.3, 1.0)]
     )
     assert rms(ramps) < 0.04
 
@@ -115,7 +116,7 @@ def test_fast_loading_overshoots_and_unloading_sticks_again() -> None:
     steady = of.at_creepage(2.0 * strips_zeta0(of), speed=10.0)["traction_coefficient"] / KINETIC
     assert_allclose(loaded[-1], steady, rtol=1e-6)
     unloaded = rolled(of, s, np.where(s > 0.0, 0.0, 3.0))
-    sigma = of.memory_parameters["relaxation_length"] / of.contact.semi_axis_x
+    sigma = of.memory_parameters["relaxation_length"] / of.contact.semi_width
     assert_allclose(unloaded[100:], unloaded[100] * np.exp(-(s[100:] - 1.0) / sigma), rtol=1e-4)
     assert x > 1.0
 
@@ -156,7 +157,7 @@ def test_no_state_yields_energy(aspect: float) -> None:
 
 def test_small_creepages_lag_and_the_falling_branch_does_not() -> None:
     of = element(excess=4 / 7, k_hat=0.3)
-    a, k = of.contact.semi_axis_x, 0.3
+    a, k = of.contact.semi_width, 0.3
     s = np.linspace(0.0, 10 * math.pi / k, 4001)
     last = s > 8.0 * math.pi / k
 
