@@ -114,7 +114,13 @@ class NativeForceElement:
         return result
 
     def roll(
-        self, creepage: FloatArray, distance: FloatArray, speed: float, tolerance: float
+        self,
+        creepage: FloatArray,
+        distance: FloatArray,
+        speed: float,
+        tolerance: float,
+        normal_load: float | None = None,
+        friction_scale: float = 1.0,
     ) -> FloatArray:
         """Creep force of a contact with memory at increasing distances rolled [N].
 
@@ -127,6 +133,8 @@ class NativeForceElement:
         error = library().force_element_roll(
             *self.structs,
             speed,
+            self.nominal_load if normal_load is None else normal_load,
+            friction_scale,
             creepage.size,
             pointer(creepage, "double"),
             pointer(distance, "double"),

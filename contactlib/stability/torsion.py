@@ -17,7 +17,9 @@ a sin(omega t), grows at half of
     rate(a) = -(r^2/(J_w V)) N(a) - 2 D omega_t
 
 with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2; N(0) = Q1'. N is
-real, so a limit cycle, rate(a) = 0, has the frequency omega_t. The mean creepage zeta_m is taken as
+real, so a limit cycle, rate(a) = 0, has the frequency omega_t. If the contact has memory, N(a) is
+the real part of the first harmonic of the rolled force at omega_t; the imaginary part would shift
+the frequency. The mean creepage zeta_m is taken as
 constant: creep control holds it, up to a ripple at 2 omega_t that the mean force has.
 
 The creepage is sinusoidal if it grows little within a cycle, |rate(a)| << omega_t for all a up to
@@ -65,7 +67,8 @@ __all__ = [
     "torsional_threshold",
 ]
 
-PHASES = 256  # over a quarter of a cycle
+PHASES = 256  # over a quarter of a cycle, or a cycle of a contact with memory
+ROLLING_TOLERANCE = 1e-5  # of the held traction over kinetic friction
 MIN_AMPLITUDE = 1e-6  # amplitude / zeta0 below which rounding spoils the slope
 AMPLITUDES = 241  # grid that brackets maxima and minima of the rate
 
@@ -79,6 +82,7 @@ def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatAr
         Jacobian in SI units.
     """
     axle = checked_axle(drivetrain)
+    _check_no_memory(drivetrain, "this Jacobian")
     own = 0.5 * drivetrain.wheelset.inertia
     rigid = point.jacobian
     spring, damper = axle.stiffness / own, axle.damping / own
@@ -103,6 +107,7 @@ def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> Floa
     speed.
     """
     axle = checked_axle(drivetrain)
+    _check_no_memory(drivetrain, "this closed form")
     growth = point.jacobian[0, 0] - 4.0 * axle.damping / drivetrain.wheelset.inertia
     root = np.emath.sqrt(0.25 * growth**2 - drivetrain.torsional_frequency**2)
     return np.asarray([0.5 * growth + root, 0.5 * growth - root])
@@ -125,16 +130,18 @@ def checked_axle(drivetrain: Drivetrain) -> Axle:
     Raises
     ------
     ValueError
-        If the axle is rigid, or the contact has memory.
+        If the axle is rigid.
     """
     if drivetrain.axle is None:
         raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
+    return drivetrain.axle
+
+
+def _check_no_memory(drivetrain: Drivetrain, name: str) -> None:
     if drivetrain.wheelset.element.memory:
         raise ValueError(
-            "drivetrain.wheelset.element.memory = True must be False: the analysis assumes a creep "
-            "force without lag"
+            f"drivetrain.wheelset.element.memory = True must be False: {name} is of steady rolling"
         )
-    return drivetrain.axle
 
 
 class AntiphaseForce:
@@ -146,10 +153,14 @@ class AntiphaseForce:
         Both wheels together.
     point : OperatingPoint
         Operating point with the creepage zeta_m; speed, load and friction are constant.
+    frequency : float, optional
+        Angular frequency of the vibration [rad/s], on which a contact with memory depends.
     """
 
-    def __init__(self, wheelset: Wheelset, point: OperatingPoint) -> None:
-        self._wheelset, self._point = wheelset, point
+    def __init__(
+        self, wheelset: Wheelset, point: OperatingPoint, frequency: float | None = None
+    ) -> None:
+        self._wheelset, self._point, self._frequency = wheelset, point, frequency
         limits = creepage_limits(wheelset.element, point.speed)
         self._largest = min(limits.at_most - point.creepage, point.creepage - limits.at_least)
         self._scale = wheelset.element.saturation_creepage_at(
@@ -180,10 +191,36 @@ class AntiphaseForce:
         """N(a) = (1/(pi a)) int f(a sin phi) sin phi dphi over a cycle [N]; N(0) = Q1'."""
         limits = Limits(at_least=0.0, at_most=self._largest)
         size, sines = checked("amplitude", amplitude, limits), self._cycle
+        if self._wheelset.element.memory and self._frequency is not None:
+            return np.asarray(np.vectorize(self._remembered, otypes=[float])(size))
         still = size <= MIN_AMPLITUDE * self._scale
         first = 2.0 * np.mean(self(size[..., np.newaxis] * sines) * sines, axis=-1)
         small = 0.5 * self._point.creep_force_slope
         return np.where(still, small, first / np.where(still, 1.0, size))
+
+    def _remembered(self, amplitude: float) -> float:
+        """Re N(a) of a contact with memory, from one cycle after the transient."""
+        element, point = self._wheelset.element, self._point
+        size = max(amplitude, 1e-3 * self._scale)
+        length = 2.0 * math.pi * point.speed / self._frequency  # of a cycle
+        decay = element.memory_parameters["relaxation_length"]
+        cycles = 2 + math.ceil(8.0 * decay / length)
+        turn = 2.0 * math.pi * np.arange(cycles * PHASES + 1) / PHASES
+        parameters = {**element.parameters, **element.memory_parameters}
+        native = kernel.NativeForceElement(element.table.native, parameters)
+        ahead, behind = (
+            native.roll(
+                point.creepage + side * size * np.sin(turn),
+                turn * length / (2.0 * math.pi),
+                point.speed,
+                ROLLING_TOLERANCE,
+                point.normal_load,
+                point.friction_scale,
+            )
+            for side in (1.0, -1.0)
+        )
+        last = slice(-PHASES, None)
+        return float(0.5 * np.mean((ahead - behind)[last] * np.sin(turn[last])) / size)
 
     def _isstatic(self) -> bool:
         return True
@@ -256,7 +293,7 @@ def torsional_state(drivetrain: Drivetrain, point: OperatingPoint) -> TorsionalS
     Raises
     ------
     ValueError
-        If the axle is rigid, or the contact has memory.
+        If the axle is rigid.
     """
     rate, amplitudes, rates = _curve(drivetrain, point)
     cycles = []
@@ -288,8 +325,9 @@ def bistable_range(
     Raises
     ------
     ValueError
-        As `torsional_state`, or if a value is out of range.
+        As `torsional_state`, or if the contact has memory or a value is out of range.
     """
+    _check_no_memory(drivetrain, "this range")
     wheelset = drivetrain.wheelset
     at = wheelset.conditions(at, **given)
 
@@ -363,7 +401,7 @@ def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArra
     """rate(a), and amplitudes from where N is still Q1' to the end of the fall."""
     axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
     own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
-    force = AntiphaseForce(wheelset, point)
+    force = AntiphaseForce(wheelset, point, drivetrain.torsional_frequency)
     scale = wheelset.element.saturation_creepage_at(
         normal_load=point.normal_load, friction_scale=point.friction_scale
     )

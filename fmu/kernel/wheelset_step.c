@@ -162,14 +162,15 @@ const char *force_element_advance(const creep_table *table, const force_element_
 
 #ifndef ONE_FILE_KERNEL
 const char *force_element_roll(const creep_table *table, const force_element_parameters *contact,
-                               double speed, size_t n, const double *creepage,
-                               const double *distance, double tolerance, double *force) {
+                               double speed, double normal_load, double friction_scale, size_t n,
+                               const double *creepage, const double *distance, double tolerance,
+                               double *force) {
     force_element_input in;
     force_element_output out;
     memset(&in, 0, sizeof in);
     in.speed = speed;
-    in.normal_load = contact->nominal_load;
-    in.friction_scale = 1.0;
+    in.normal_load = normal_load;
+    in.friction_scale = friction_scale;
     for (size_t i = 0; i < n; i++) {
         double omega = (1.0 + creepage[i]) * speed / contact->radius;
         if (i == 0) {

@@ -39,12 +39,12 @@ CONTACTLIB_API const char *force_element_advance(const creep_table *table,
                                                  force_element_input *input, double step,
                                                  double tolerance);
 
-/* Creep force under nominal load at n distances rolled, from the steady state of the first
+/* Creep force at n distances rolled, from the steady state of the first
  * creepage, which changes evenly with distance in between. Returns NULL, or why it failed. */
 CONTACTLIB_API const char *force_element_roll(const creep_table *table,
                                               const force_element_parameters *contact, double speed,
-                                              size_t n, const double *creepage,
-                                              const double *distance, double tolerance,
-                                              double *force);
+                                              double normal_load, double friction_scale, size_t n,
+                                              const double *creepage, const double *distance,
+                                              double tolerance, double *force);
 
 #endif
