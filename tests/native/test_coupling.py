@@ -209,7 +209,6 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, memory
         away = np.abs(run[:, 0] - creepage * speed)
         return bool(away[-40:].max() > 10.0 * away[0])
 
-    print("LIM",limit,pole,[(f,grows(f*limit)) for f in (.5,.7,.9,.97,1.05,1.2,1.4,1.6,2,2.5,3,4)])
     assert not grows(0.97 * limit)
     if memory and not parallel:
         # The hint is on the safe side of h pole tanh(V h / (2 sigma)) = 2.
