@@ -124,7 +124,15 @@ def room_of(model: kernel.NativeModel, name: str) -> float:
 
 # Whose derivatives by each other are exact; all others are central differences.
 BY_HAND = {
-    *("omega", "speed", "held_traction", "unslipped", "lateral_velocity", "spin_velocity", "friction_scale"),
+    *(
+        "omega",
+        "speed",
+        "held_traction",
+        "unslipped",
+        "lateral_velocity",
+        "spin_velocity",
+        "friction_scale",
+    ),
     *("normal_load", "drive_torque", "resistance_force", "creepage_x", "creepage_y", "spin"),
     *("creep_force", "wheel_torque", "lateral_force", "spin_moment", "traction_coefficient"),
     *("creepage", "force_x", "force_y", "utilisation"),
