@@ -140,9 +140,11 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
     double inside = smaller(larger(r, 0.0), 1.0), second = inside * inside;
-    /* A shorter distance would make h quicker than q. */
-    double shortest = 0.125 * sigma / slope, weaken = larger(weakening, shortest);
-    double wear = weakens ? 2.5 * sigma * x / weaken : 0.0, fourth = second * second;
+    double wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = second * second;
+    double fastest = 100.0 + slope * x; /* that of the force */
+    int bounded = wear > fastest;
+    wear = smaller(wear, fastest);
+    double wear_x = bounded ? slope : wear / x;
     double worn = wear * fourth * fourth;
     double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
     double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
@@ -151,11 +153,12 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double r_strength = -r / strength;
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
-    by[BY_X] =
-        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
+    by[BY_X] = by_m * m_x + by_r * r_strength * strength_x -
+               (returns ? 0.0 : pace * wear_x * fourth * fourth * (h - m));
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;
-    by[BY_WEAKENING] = (returns | (weakening < shortest)) ? 0.0 : pace * worn * (h - m) / weaken;
+    by[BY_WEAKENING] =
+        (returns | bounded) ? 0.0 : pace * worn * (h - m) / (weakens ? weakening : 1.0);
     by[BY_TRACTION] = by_r / strength;
     by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
     by[BY_PACE] = per_pace;
