@@ -31,9 +31,9 @@ static void run(double step, double implicit, const double memory[3], double *ti
     contactlib_element wheel;
     contactlib_start(&wheel);
     wheel.implicit = implicit;
-    wheel.contact.relaxation_length = relaxation_length;
-    wheel.contact.standing_stiffness = 0.9;
-    wheel.contact.initial_slope = 2.0;
+    wheel.contact.relaxation_length = memory[0];
+    wheel.contact.standing_stiffness = memory[1];
+    wheel.contact.initial_slope = memory[2];
     double radius = wheel.contact.radius, load = wheel.input.normal_load;
     double speed = wheel.input.speed, largest = wheel.contact.static_friction * load * radius;
     double inertia = radius * radius / wheel.effective_inverse_mass;

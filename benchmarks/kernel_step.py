@@ -16,10 +16,10 @@ import contactlib as cl
 from contactlib import kernel
 from contactlib.base.writing import package_folder
 
-MODES = {
-    "implicit": ("1", "0"),
-    "implicit, memory": ("1", "8e-3"),
-    "memory": ("0", "8e-3"),
+MODES = {  # whether the force is implicit and the contact has memory
+    "implicit": (True, False),
+    "implicit, memory": (True, True),
+    "memory": (False, True),
 }
 STEP = "1e-3"  # [s]
 

@@ -140,33 +140,24 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
     double inside = smaller(larger(r, 0.0), 1.0), second = inside * inside;
-    double slip_wear = weakens ? 2.5 * sigma * x / weakening : 0.0, fourth = second * second;
-    double fastest = 100.0 + slope * x; /* that of the force */
-    int bounded = slip_wear > fastest, calm = slip_wear > 100.0;
-    /* Almost at m it is slower, else long steps meet a kink. */
-    double close = 1e-3, far = larger(h - m, 0.0), share = far / (far + close);
-    double least_wear = smaller(slip_wear, 100.0), most_wear = smaller(slip_wear, fastest);
-    double wear = least_wear + (most_wear - least_wear) * share;
-    double wear_x =
-        share * (bounded ? slope : slip_wear / x) + (1.0 - share) * (calm ? 0.0 : slip_wear / x);
-    double wear_weakening = -((bounded ? 0.0 : share) + (calm ? 0.0 : 1.0 - share)) * slip_wear /
-                            (weakens ? weakening : 1.0);
-    double eighth = fourth * fourth, worn = wear * eighth;
-    double worn_h = worn + (most_wear - least_wear) * share * (1.0 - share) * eighth;
+    /* A shorter distance would make h quicker than q. */
+    double shortest = 0.125 * sigma / slope, weaken = larger(weakening, shortest);
+    double wear = weakens ? 2.5 * sigma * x / weaken : 0.0, fourth = second * second;
+    double worn = wear * fourth * fourth;
     double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
     double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
-    double by_m = pace * (returns ? 2.25 * target_m : worn_h);
+    double by_m = pace * (returns ? 2.25 * target_m : worn);
     double by_r = pace * (returns ? -2.25 * by_back : -worn_r * (h - m));
     double r_strength = -r / strength;
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
-    by[BY_X] = by_m * m_x + by_r * r_strength * strength_x -
-               (returns ? 0.0 : pace * wear_x * eighth * (h - m));
+    by[BY_X] =
+        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;
-    by[BY_WEAKENING] = returns ? 0.0 : -pace * wear_weakening * eighth * (h - m);
+    by[BY_WEAKENING] = (returns | (weakening < shortest)) ? 0.0 : pace * worn * (h - m) / weaken;
     by[BY_TRACTION] = by_r / strength;
-    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn_h);
+    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
     by[BY_PACE] = per_pace;
     return flow;
 }
