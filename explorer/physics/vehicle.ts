@@ -47,7 +47,7 @@ export function scalesOf(
       kernel.given("force_element_parameters", parameters), load, friction, to));
 }
 
-/** Parameters of the force element, without relaxation, for a weakening length [m]. */
+/** Parameters of the force element, without memory, for a weakening length [m]. */
 export function weakenedOver(v: Vehicle, weakening_length: number): ForceParameters {
   const line = v.contact === "line";
   // Stiffness along rolling over that of strips, and the part of it that is lost up to saturation.
@@ -64,6 +64,8 @@ export function weakenedOver(v: Vehicle, weakening_length: number): ForceParamet
     load_exponent: line ? 1 / 2 : 1 / 3, // Hertz
     elliptic: line ? 0 : 1,
     relaxation_length: 0,
+    standing_stiffness: 1, // not used without memory
+    initial_slope: 1,
   };
 }
 

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "force_element_formula.h"
 #include "model_functions.h"
 #include "simd_math.h"
 #include "wheelset_step.h"
@@ -10,15 +11,20 @@
 static const double LONG_STEP = 1000.0;
 
 /* Half of the maximum step over which the force may be held. Stability needs h lambda < 2 with the
- * slip pole lambda, or h lambda < 1 if both sides step at once. A contact with memory is a spring
- * while it sticks: h^2 kappa lambda |v| < 4 sigma is enough too. */
+ * slip pole lambda, or h lambda < 1 if both sides step at once. A contact with memory is a spring,
+ * never stiffer than while it sticks: h < 2/omega is enough too, with the frequency omega of the
+ * wheel on that spring. */
 static double stable_step(const model_values *v) {
     double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
     if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
-        const force_element_parameters *p = &v->contact;
-        double reference = p->radius / v->output.creepage_by_omega; /* of the pole's speed */
-        hint = fmax(hint, sqrt(p->relaxation_length / (p->standing_stiffness * pole * reference)));
+        double load = is_loaded(&v->contact, v->input.normal_load) ? v->input.normal_load : 0.0;
+        force_element_parameters p =
+            load > 0.0 ? force_element_at_load(&v->contact, load) : v->contact;
+        double compliance = 2.0 * p.peak_pressure * p.relaxation_length /
+                            (p.contact_modulus * p.slope_reduction * p.initial_slope);
+        double stiffness = fmax(p.standing_stiffness, 1.0) * load / compliance;
+        hint = fmax(hint, 1.0 / sqrt(stiffness * v->effective_inverse_mass));
     }
     return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
 }

@@ -163,7 +163,7 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
         finish_force(g->table, &p, &in, &at, q, &out);
         if (g->loaded[side][l] > 0.0 && has_friction(&in)) memory_action(&p, &in, &at, &out);
-        else fade_memory(&p, &in, &out);
+        else fade_memory(&p, &in, &at, &out);
         double half = 0.5 * g->loaded[side][l];
         action.force = half * out.creep_force;
         action.by_omega = half * out.force_by_omega;

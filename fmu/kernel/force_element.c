@@ -16,7 +16,7 @@ static void evaluate_without_grip(const creep_table *table, const force_element_
     memset(out, 0, sizeof *out);
     out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
     set_kinematics(p, in, &at, out);
-    if (remembers(p)) fade_memory(p, in, out);
+    if (remembers(p)) fade_memory(p, in, &at, out);
     double share[2];
     if (in->normal_load >= 0.0 && has_friction(in)) {
         sliding_shares(table, p, in, &at, share);

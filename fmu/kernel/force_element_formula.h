@@ -452,10 +452,10 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
 
 /* Without load or friction the memory fades with the distance that the surfaces move. */
 ALWAYS_INLINE void fade_memory(const force_element_parameters *p, const force_element_input *in,
-                               force_element_output *out) {
-    double slip = slip_of(p, in), per = 1.0 / p->relaxation_length;
-    double pace = (fabs(slip) + fabs(in->speed)) * per, turn = copysign(per, slip);
-    double by_omega = p->radius * turn, by_speed = copysign(per, in->speed) - turn;
+                               const force_state *at, force_element_output *out) {
+    double per = 1.0 / p->relaxation_length, turn = copysign(per, at->slip);
+    double pace = (fabs(at->slip) + at->reference) * per;
+    double by_omega = p->radius * turn, by_speed = at->speed_slope * per - turn;
     double missing = 1.0 - in->unslipped;
     out->traction_rate = -pace * in->held_traction;
     out->unslipped_rate = pace * missing;

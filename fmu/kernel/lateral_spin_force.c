@@ -184,9 +184,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     } else {
         begin_to_grip(table, p, in, din, dout);
         if (remembers(p)) {
-            dout->creep_force = is_loaded(p, in->normal_load)
-                                    ? 0.0
-                                    : in->held_traction * larger(din->normal_load, 0.0);
+            dout->creep_force = out->force_by_load * din->normal_load;
             dout->traction_coefficient = 0.0;
             dout->traction_rate = out->traction_by_omega * din->omega +
                                   out->traction_by_speed * din->speed +

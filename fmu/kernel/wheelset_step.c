@@ -50,15 +50,23 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     j[3][3][0] = out.unslipped_by_unslipped;
 }
 
+/* Of the memory alone. */
+static void memory_error_size(void *model, rows y, rows error, lanes size) {
+    const motion *m = (const motion *)model;
+    double traction = fabs(y[2][0]) + m->contact->kinetic_friction;
+    size[0] = fabs(error[2][0]) / traction + fabs(error[3][0]);
+}
+
 static void error_size(void *model, rows y, rows error, lanes size) {
     const motion *m = (const motion *)model;
     double radius = m->body->radius, floor = m->body->minimum_speed;
     double slip = fabs(radius * y[0][0] - y[1][0]), speed = fabs(y[1][0]) + floor;
-    size[0] = fabs(radius * error[0][0] - error[1][0]) / (slip + m->saturation_creepage * speed) +
-              fabs(error[1][0]) / speed;
-    if (remembers(m->contact))
-        size[0] +=
-            fabs(error[2][0]) / (fabs(y[2][0]) + m->contact->kinetic_friction) + fabs(error[3][0]);
+    double found =
+        fabs(radius * error[0][0] - error[1][0]) / (slip + m->saturation_creepage * speed) +
+        fabs(error[1][0]) / speed;
+    size[0] = 0.0;
+    if (remembers(m->contact)) memory_error_size(model, y, error, size);
+    size[0] += found;
 }
 
 /* The tolerance of the next substep. A wheel that remembers swings at almost zero speed on its
@@ -139,7 +147,7 @@ static const char *advance_memory(const creep_table *table, const force_element_
                             input->lateral_velocity,
                             input->spin_velocity};
     motion m = {table, contact, &body, &given, 1.0, (end - input->omega) / step};
-    equations problem = {3, 3, {0, 2, 3}, &m, evaluate_prescribed, error_size};
+    equations problem = {3, 3, {0, 2, 3}, &m, evaluate_prescribed, memory_error_size};
     integration run;
     double substep = 0.0;
     memset(&run, 0, sizeof run);

@@ -75,7 +75,8 @@ def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
 def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
     """Contact of a random wheelset, its parameters, and an input of its force element."""
     wheelset = random_wheelset(rng)
-    parameters = {**wheelset.element.parameters}
+    memory = {"standing_stiffness": 0.9, "initial_slope": 2.0}
+    parameters = {**wheelset.element.parameters, **memory}
     parameters["relaxation_length"] = float(rng.choice([0.0, rng.uniform(1e-3, 1e-2)]))
     if rng.random() < 0.3:
         parameters["weakening_length"] = 0.0
@@ -86,7 +87,8 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
         "speed": speed,
         "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
         "friction_scale": rng.uniform(0.2, 1.5),
-        "relaxed_creepage": creepage * rng.uniform(0.0, 1.5),
+        "held_traction": rng.uniform(-0.4, 0.4),
+        "unslipped": rng.uniform(0.0, 1.0),
         "lateral_velocity": 0.0,
         "spin_velocity": 0.0,
     }
@@ -147,13 +149,15 @@ GIVEN |= {"friction_left": 1.0, "friction_right": 1.0}
 FREE = {"inverse_mass": 7e-6}
 ELLIPSE = {"load_exponent": 1.0 / 3.0}
 WARM = {**ELLIPSE, "softening_temperature": 600.0, "thermal_effusivity": 13e3, "elliptic": 1.0}
+NO_MEMORY = {"relaxation_length": 0.0, "standing_stiffness": 1.0, "initial_slope": 1.0}
 DECAYING = {**ELLIPSE, "slip_rate_residual": 0.5, "slip_rate_decay": 0.8}
 RESISTED = {**FREE, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1}
+REMEMBERING = {"relaxation_length": 5e-3, "standing_stiffness": 0.9, "initial_slope": 2.0}
 TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers]] = {
     "a rig": ("line", {}, RIGID, {}),
     "a locomotive's elliptic contact": ("elliptic", DECAYING, RIGID, RESISTED),
     "a contact that slip warms": ("elliptic", WARM, RIGID, FREE),
-    "a soft axle on relaxing contacts": ("line", {"relaxation_length": 5e-3}, SOFT, FREE),
+    "a soft axle on contacts with memory": ("line", REMEMBERING, SOFT, FREE),
 }
 
 
@@ -162,7 +166,7 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     page: ExplorerPage, rig: cl.Model, name: str
 ) -> None:
     contact, changes, drivetrain, body_changes = TRAINS[name]
-    parameters = {**rig.wheelset.element.parameters, "relaxation_length": 0.0, **changes}
+    parameters = {**rig.wheelset.element.parameters, **NO_MEMORY, **changes}
     body = {**rig.wheelset.parameters, **body_changes}
     state = {"speed": 10.0, "omega_left": 20.1, "omega_right": 20.1, "drive_torque": 2.4e4}
     patch = {"begins": 1.0, "ends": 1.4, "friction": 0.5}
@@ -209,7 +213,7 @@ def test_a_drivetrain_reports_what_it_cannot_do(page: ExplorerPage, rig: cl.Mode
           attempt(() => train.advance(0, 1e-3));
           return [errors, train.state.distance];
         }""",
-        {**rig.wheelset.element.parameters, "relaxation_length": 0.0},
+        {**rig.wheelset.element.parameters, **NO_MEMORY},
         {**RIGID, **rig.wheelset.parameters},
         GIVEN,
     )

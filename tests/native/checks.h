@@ -50,6 +50,8 @@ static inline double random_exponent(double low, double high) {
         .load_exponent = 0.5,        \
         .minimum_speed = 0.1,        \
         .slip_rate_residual = 1.0,   \
+        .standing_stiffness = 0.9,   \
+        .initial_slope = 2.0,        \
     }
 
 #define SOME_BODY                      \

@@ -84,8 +84,8 @@ static inline void *room(size_t count, size_t size) {
 enum { FMUS = 7, PATH_LENGTH = 512 };
 
 static const char *const FMU_NAMES[FMUS] = {
-    "force_element", "force_element-relaxed", "force_element-implicit",
-    "wheelset",      "wheelset-relaxed",      "wheelset_body",
+    "force_element", "force_element-memory", "force_element-implicit",
+    "wheelset",      "wheelset-memory",      "wheelset_body",
     "creep_forces"};
 
 static inline const char *resources_folder(void) {

@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
 
-SIGMA = 8e-3  # relaxation length [m]
+
+def with_memory(model: cl.Model, memory: bool = True) -> cl.Model:
+    """The model whose contacts have memory, or have none."""
+    element = replace(model.wheelset.element, memory=memory)
+    return replace(model, wheelset=replace(model.wheelset, element=element))
 
 
 def native(description: Description, **start: float) -> kernel.NativeModel:
     contact = description.native_contact
     values = {**description.start_values, **start}
     return kernel.NativeModel(description.kind, contact, values)
+
+
+def steady_memory(element: cl.ForceElement, *, omega: float, speed: float) -> dict[str, float]:
+    """States of a contact with memory in steady rolling under nominal load."""
+    given = {"omega": omega, "speed": speed, "normal_load": element.normal_load}
+    inputs = np.zeros((), kernel.struct_dtype("force_element_input"))
+    for name, value in {**given, "friction_scale": 1.0}.items():
+        inputs[name] = value
+    contact = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
+    found = contact.evaluate(inputs)
+    names = {"held_traction": "steady_traction", "unslipped": "sticking"}
+    return {state: float(found[name]) for state, name in names.items()}
 
 
 def difference_quotient(

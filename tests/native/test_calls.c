@@ -639,7 +639,7 @@ static void test_parallel_exchange(void) {
         for (int i = 1; i < 20; i++) FINE(v->step(c, 1e-3 * i, 1e-3));
         FINE(v->get(c, &force, 1, &last));
         CHECK(first > 0.0 && isfinite(last));
-        int follows = ((component *)c)->states > 0; /* with relaxation it is still to build up */
+        int follows = ((component *)c)->states > 0; /* with memory it is still to build up */
         CHECK(follows || fabs(last / first - 1.0) < 1e-2);
         v->close(c);
     }

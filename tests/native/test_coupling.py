@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from native_models import SIGMA, native
+from native_models import native, steady_memory, with_memory
 
 import contactlib as cl
 from contactlib import kernel
@@ -23,23 +24,24 @@ def coupled(
     count: int,
     creepage: float = 0.0,
     mass_factor: float = 1.0,
-    relaxed: bool = False,
+    memory: bool = False,
     implicit: bool = True,
     parallel: bool = False,
     **across: float,
 ) -> np.ndarray:
     """Slip velocity and force of a body and the force element that exchange step by step."""
     wheelset = model.wheelset
+    model = with_memory(model, memory)
     description = Description(
         model,
         "force_element",
-        relaxation_length=SIGMA if relaxed else 0.0,
         implicit=implicit,
         parallel_exchange=parallel,
         whole_wheelset=True,
     )
     omega = (1.0 + creepage) * speed / wheelset.radius
-    start = {"omega": omega, "speed": speed, "relaxed_creepage": creepage if relaxed else 0.0}
+    start = {"omega": omega, "speed": speed}
+    start |= steady_memory(description.element, **start)
     inverse_mass = mass_factor * description.start_values["effective_inverse_mass"]
     element = native(description, **start, **across, effective_inverse_mass=inverse_mass)
     (force,) = element.get("creep_force")
@@ -50,10 +52,10 @@ def coupled(
         drive = torque(time) if callable(torque) else torque
         element.set(omega=omega, speed=speed)
         element.evaluate()
-        if not (implicit or relaxed):
+        if not (implicit or memory):
             (force,) = element.get("creep_force")
         element.advance(length)
-        if implicit or relaxed:
+        if implicit or memory:
             (force,) = element.get("creep_force")
         rows.append((wheelset.radius * omega - speed, force))
         contact = kernel.contact_with_force(before if parallel else force)
@@ -182,19 +184,17 @@ def test_implicit_exchange_converges_with_first_order(locomotive: cl.Model, para
 
 
 @pytest.mark.parametrize("parallel", [False, True])
-@pytest.mark.parametrize("relaxed", [False, True])
-def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, relaxed: bool) -> None:
+@pytest.mark.parametrize("memory", [False, True])
+def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, memory: bool) -> None:
     speed, creepage = 2.0, 0.002
     point = rig.wheelset.balanced(creepage=creepage, speed=speed)
     description = Description(
-        rig,
-        "force_element",
-        relaxation_length=SIGMA if relaxed else 0.0,
-        parallel_exchange=parallel,
-        whole_wheelset=True,
+        with_memory(rig, memory), "force_element", parallel_exchange=parallel, whole_wheelset=True
     )
-    at = {"omega": point.omega, "speed": speed, "relaxed_creepage": creepage if relaxed else 0.0}
+    at = {"omega": point.omega, "speed": speed}
     model = native(description, **at)
+    sticking = steady_memory(replace(description.element, memory=True), **at)["unslipped"]
+    length = sticking * description.element.memory_parameters["relaxation_length"]
     limit = 2.0 * model.get("step_size_hint")[0]
     pole = model.get("force_gradient")[0] * rig.wheelset.radius**2 / rig.wheelset.inertia
 
@@ -208,16 +208,16 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, relaxe
             creepage=creepage * (1.0 + 1e-6),
             implicit=False,
             parallel=parallel,
-            relaxed=relaxed,
+            memory=memory,
         )
         away = np.abs(run[:, 0] - creepage * speed)
         return bool(away[-40:].max() > 10.0 * away[0])
 
     assert not grows(0.97 * limit)
-    if relaxed and not parallel:
-        # The hint is on the safe side of h pole tanh(V h / (2 sigma)) = 2.
+    if memory and not parallel:
+        # While it sticks, a contact lags by sigma m, with m the part that sticks.
         steps = np.linspace(limit, 3.0 * limit, 20001)
-        exact = steps[np.argmax(steps * pole * np.tanh(speed * steps / (2.0 * SIGMA)) > 2.0)]
+        exact = steps[np.argmax(steps * pole * np.tanh(speed * steps / (2.0 * length)) > 2.0)]
         assert not grows(0.97 * exact)
         limit = float(exact)
     assert grows(1.05 * limit)

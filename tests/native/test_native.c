@@ -42,6 +42,20 @@ static void test_table(const creep_table *table) {
     }
 }
 
+/* Any memory and any step: stepped on, or left as it was with a message. */
+static void test_advance(const creep_table *table, const force_element_parameters *parameters,
+                         force_element_input in) {
+    force_element_input after = in;
+    double step = random_exponent(-9.0, 3.0), most = 2.0 + fabs(in.held_traction);
+    in.speed = after.speed = in.speed * 1e-7;
+    in.omega = after.omega = in.omega * 1e-7;
+    const char *error = force_element_advance(table, parameters, &after, step, 1e-3);
+    CHECK(isfinite(after.held_traction) && isfinite(after.unslipped));
+    CHECK(fabs(after.held_traction) <= most * fmax(1.0, in.friction_scale));
+    CHECK(after.unslipped > -0.2 && after.unslipped < 1.2);
+    CHECK(error == NULL || memcmp(&in, &after, sizeof in) == 0);
+}
+
 static void test_force(const creep_table *table, const force_element_parameters *parameters) {
     CHECK(process_zone_limit() == PROCESS_ZONE_LIMIT);
     for (int i = 0; i < points; i++) {
@@ -50,7 +64,8 @@ static void test_force(const creep_table *table, const force_element_parameters 
             .speed = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
             .normal_load = i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
             .friction_scale = i % 11 == 0 ? 0.0 : random_exponent(-6.0, 3.0),
-            .relaxed_creepage = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
+            .held_traction = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+            .unslipped = 1.2 * random_unit() - 0.1,
         };
         if (i % 12 == 0) in.normal_load = -in.normal_load;
         force_element_output out;
@@ -64,13 +79,16 @@ static void test_force(const creep_table *table, const force_element_parameters 
                                         in.friction_scale)));
         CHECK(isfinite(out.creep_force) && isfinite(out.force_by_omega));
         CHECK(isfinite(out.force_by_speed) && isfinite(out.force_by_load));
-        CHECK(fabs(out.creep_force) <= parameters->static_friction * in.friction_scale *
-                                           fmax(0.0, in.normal_load) * (1.0 + 1e-15));
-        CHECK(parameters->relaxation_length > 0.0 || out.creep_force * out.creepage >= 0.0);
-        if (parameters->relaxation_length == 0.0) continue;
-        double limit = out.saturation_creepage, step = random_exponent(-9.0, 3.0);
-        CHECK(isfinite(out.relaxation_rate) && isfinite(out.rate_by_relaxed));
-        CHECK(isfinite(force_element_relax(parameters, &in, limit, step)));
+        double load = fmax(0.0, in.normal_load), steady = out.steady_traction * load;
+        CHECK(fabs(steady) <=
+              parameters->static_friction * in.friction_scale * load * (1.0 + 1e-15));
+        CHECK(steady * out.creepage >= 0.0);
+        CHECK(parameters->relaxation_length > 0.0 ||
+              fabs(steady - out.creep_force) <= 1e-14 * fabs(steady) + DBL_MIN);
+        for (size_t k = 0; k < sizeof out / sizeof(double); k++)
+            CHECK(isfinite(((const double *)&out)[k]));
+        if (parameters->relaxation_length == 0.0 || i % 20 != 1) continue;
+        test_advance(table, parameters, in);
     }
 }
 
@@ -173,18 +191,21 @@ static void test_steps(const creep_table *table, const force_element_parameters 
         wheelset_state state = {
             .omega = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
             .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+            .held_traction = random_unit() - 0.5,
+            .unslipped = random_unit(),
         };
         wheelset_state before = state;
         double substep = 0.0, tolerance = 1e-3;
         const char *error = wheelset_advance(table, parameters, &body, &in, &state,
                                              random_exponent(-6.0, -1.0), &tolerance, &substep);
         CHECK(tolerance >= 1e-3);
-        CHECK(isfinite(state.omega) && isfinite(state.speed) && isfinite(state.relaxed_creepage));
+        CHECK(isfinite(state.omega) && isfinite(state.speed));
+        CHECK(isfinite(state.held_traction) && isfinite(state.unslipped));
         CHECK(error == NULL || memcmp(&state, &before, sizeof state) == 0);
     }
 }
 
-/* Two wheels, with any of axle, motor and relaxation, that differ in everything. */
+/* Two wheels, with any of axle, motor and memory, that differ in everything. */
 typedef struct {
     force_element_parameters contact;
     drivetrain_parameters train;
@@ -217,6 +238,12 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
     }
     d.state.speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     d.state.omega_left = d.state.omega_right = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
+    if (i % 4 == 1) {
+        d.state.traction_left = random_unit() - 0.5;
+        d.state.traction_right = random_unit() - 0.5;
+        d.state.unslipped_left = random_unit();
+        d.state.unslipped_right = random_unit();
+    }
     return d;
 }
 
@@ -478,7 +505,8 @@ static void test_points_of_width(const many_functions *with, const creep_table *
             .speed = 10.0 * random_unit(),
             .normal_load = i % 7 ? 1e5 * random_unit() : 0.0,
             .friction_scale = i % 9 ? random_unit() + 0.1 : 0.0,
-            .relaxed_creepage = 1e-3 * random_unit(),
+            .held_traction = 0.4 * random_unit(),
+            .unslipped = random_unit(),
         };
         if (i % 5 == 0) in[i].normal_load = -in[i].normal_load;
     }

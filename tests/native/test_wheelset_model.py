@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from native_models import SIGMA, native
+from native_models import native, with_memory
 
 import contactlib as cl
 from contactlib.export.description import Description
 
 
-@pytest.mark.parametrize("relaxed", [False, True])
-def test_wheelset_is_integrated_with_third_order(locomotive: cl.Model, relaxed: bool) -> None:
-    description = Description(locomotive, "wheelset", relaxation_length=SIGMA if relaxed else 0.0)
+@pytest.mark.parametrize("memory", [False, True])
+def test_wheelset_is_integrated_with_third_order(locomotive: cl.Model, memory: bool) -> None:
+    description = Description(with_memory(locomotive, memory), "wheelset")
     (radius,) = (locomotive.wheelset.radius,)
 
     def slip(steps: int) -> float:
@@ -50,13 +50,13 @@ def test_wheelset_moves_as_in_the_stiff_solver(
 
 
 @pytest.mark.parametrize(
-    ("speed", "relaxed"),
-    # With relaxation a wheel at rest is a mass on a spring, which nothing damps.
+    ("speed", "memory"),
+    # With memory a wheel at rest is a mass on a spring, which nothing damps.
     [(0.0, False), (0.01, False), (1.0, False), (100.0, False), (1.0, True), (100.0, True)],
 )
-def test_wheelset_takes_any_step_at_any_speed(rig: cl.Model, speed: float, relaxed: bool) -> None:
+def test_wheelset_takes_any_step_at_any_speed(rig: cl.Model, speed: float, memory: bool) -> None:
     # L-stable: however stiff, a long step ends where the slip is at rest.
-    description = Description(rig, "wheelset", relaxation_length=SIGMA if relaxed else 0.0)
+    description = Description(with_memory(rig, memory), "wheelset")
     model = native(description, drive_torque=9e3, speed=speed, omega=1.001 * speed / 0.5)
     for _ in range(3):
         model.advance(10.0)

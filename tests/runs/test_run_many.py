@@ -40,7 +40,7 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
     radius = rng.uniform(0.4, 0.6)
     body = dataclasses.replace(
         shipped.drivetrain.wheelset,
-        element=dataclasses.replace(element, friction=friction, radius=radius),
+        element=dataclasses.replace(element, friction=friction, radius=radius, memory=i % 4 == 2),
         inertia=rng.uniform(150.0, 300.0),
         mass=None if i % 4 == 1 else rng.uniform(5e4, 1.5e5),
     )
@@ -64,7 +64,6 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
                 torque_rate=3.0 * torque if i % 4 > 1 else None,
                 trip_speed=1.3 * speed if i % 3 == 1 else None,
             ),
-            relaxation_length=8e-3 if i % 4 == 2 else 0.0,
         ),
         track=cl.Track(
             friction_left=patch,

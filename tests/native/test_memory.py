@@ -1,0 +1,356 @@
+"""A contact with memory: what its states come to, and how they move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from native_models import native, steady_memory, with_memory
+from scipy.integrate import solve_ivp
+
+import contactlib as cl
+from contactlib import kernel
+from contactlib.base.quantities import FloatArray
+from contactlib.element import roll
+from contactlib.export.description import Description
+
+RATES = ("traction", "unslipped")
+STATES = {
+    "omega": "omega",
+    "speed": "speed",
+    "traction": "held_traction",
+    "unslipped": "unslipped",
+}
+
+
+@pytest.fixture(scope="module")
+def elements(
+    rig: cl.Model, locomotive: cl.Model, cohesive_table: cl.CreepForceTable
+) -> dict[str, cl.ForceElement]:
+    """An element with memory for each kind of law."""
+    line, ellipse = rig.wheelset.element, locomotive.wheelset.element
+    hot = replace(ellipse.friction, softening_temperature=300.0)
+    falling = replace(line.friction, slip_rate_residual=0.4, slip_rate_decay=0.5)
+    constant = replace(line.friction, static=line.friction.kinetic, weakening_length=0.0)
+    made = {
+        "line": line,
+        "ellipse": ellipse,
+        "cohesive": replace(line, table=cohesive_table),
+        "hot": replace(ellipse, friction=hot),
+        "falling": replace(line, friction=falling),
+        "constant": replace(line, friction=constant),
+    }
+    return {name: replace(element, memory=True) for name, element in made.items()}
+
+
+LAWS = ["line", "ellipse", "cohesive", "hot", "falling", "constant"]
+SAME_AT_ANY_SPEED = ["line", "ellipse", "cohesive", "constant"]
+
+
+def evaluated(element: cl.ForceElement, **given: Any) -> Any:
+    """Outputs of the kernel, at nominal load if none is given."""
+    given = {"normal_load": element.normal_load, "friction_scale": 1.0, **given}
+    inputs = np.zeros(
+        np.broadcast_shapes(*map(np.shape, given.values())),
+        kernel.struct_dtype("force_element_input"),
+    )
+    for name, value in given.items():
+        inputs[name] = value
+    contact = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
+    return contact.evaluate(inputs)
+
+
+def random_states(element: cl.ForceElement, count: int, seed: int) -> dict[str, FloatArray]:
+    """Inputs all over both branches, with force along and against the creepage."""
+    rng = np.random.default_rng(seed)
+    sign = rng.choice([-1.0, 1.0], (2, count))
+    speed = sign[0] * 10.0 ** rng.uniform(-3.0, 1.7, count)
+    creepage = element.saturation_creepage * sign[1] * 10.0 ** rng.uniform(-2.0, 1.5, count)
+    return {
+        "omega": (speed + np.abs(speed) * creepage) / element.radius,
+        "speed": speed,
+        "normal_load": element.normal_load * rng.uniform(0.3, 2.0, count),
+        "friction_scale": rng.uniform(0.5, 1.2, count),
+        "held_traction": element.friction.static * rng.uniform(-1.2, 1.2, count),
+        "unslipped": rng.uniform(-0.05, 1.05, count),
+    }
+
+
+def model_of(model: cl.Model, **start: float) -> kernel.NativeModel:
+    description = Description(with_memory(model), "force_element", whole_wheelset=True)
+    return native(description, **start)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_steady_force_is_that_of_the_law(elements: dict[str, cl.ForceElement], law: str) -> None:
+    element = elements[law]
+    given = random_states(element, 2000, seed=1)
+    first = evaluated(element, **given)
+    given |= {"held_traction": first["steady_traction"], "unslipped": first["sticking"]}
+    out = evaluated(element, **given)
+    pace = np.abs(given["speed"]) / element.memory_parameters["relaxation_length"]
+    pace *= 1.0 + np.abs(out["normalized_creepage"])  # a sliding contact follows faster
+    for rate in RATES:
+        assert np.abs(out[f"{rate}_rate"] / pace).max() < 1e-12, rate
+    steady = replace(element, memory=False)
+    inputs = {name: given[name] for name in ("omega", "speed", "normal_load", "friction_scale")}
+    fast = np.abs(given["speed"]) >= element.minimum_speed
+    expected = np.asarray(steady.force(**inputs))[fast]
+    np.testing.assert_allclose(out["creep_force"][fast], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("creepage", [-0.5, -0.01, 0.0, 0.004, 0.012, 0.03, 3.0])
+def test_rolling_on_comes_to_the_force_of_the_law(rig: cl.Model, creepage: float) -> None:
+    element, speed = rig.wheelset.element, 2.0
+    omega = (1.0 + creepage) * speed / element.radius
+    expected = float(element.force(omega=omega, speed=speed))
+    for start in (-0.3, 0.0, 0.4):
+        for unslipped in (0.0, 1.0):
+            model = model_of(
+                rig, omega=omega, speed=speed, held_traction=start, unslipped=unslipped
+            )
+            model.advance(2.0, 1e-9)  # more than 300 relaxation lengths
+            largest = element.friction.static * element.normal_load
+            assert model.get("creep_force")[0] == pytest.approx(expected, abs=1e-9 * largest)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_jacobian_of_the_rates_is_exact(elements: dict[str, cl.ForceElement], law: str) -> None:
+    element = elements[law]
+    given = random_states(element, 3000, seed=4)
+    out = evaluated(element, **given)
+    slip = np.abs(element.radius * given["omega"] - given["speed"])
+    rooms = {
+        "omega": slip / element.radius,
+        "speed": np.minimum(slip, np.abs(given["speed"])),
+        "traction": np.full_like(slip, 0.1),
+        "unslipped": np.full_like(slip, 0.1),
+    }
+    clear_of = {}
+    for by, name in STATES.items():
+        sides = []
+        for factor in (1e-4, -1e-4, 0.5e-4, -0.5e-4):
+            moved = given[name] + factor * rooms[by]
+            there = evaluated(element, **{**given, name: moved})
+            change = moved - given[name]
+            sides.append({r: (there[f"{r}_rate"] - out[f"{r}_rate"]) / change for r in RATES})
+        for rate in RATES:
+            a, b, c, d = (side[rate] for side in sides)
+            found = (4.0 * (c + d) - (a + b)) / 6.0
+            exact = out[f"{rate}_by_{by}"]
+            size = np.abs(out[f"{rate}_rate"]) / rooms[by] + np.abs(exact)
+            # Where branches meet, the difference quotients of both sides differ too.
+            smooth = np.abs((a - b) - 2.0 * (c - d)) < 1e-5 * size
+            smooth &= np.abs(a - b) < 0.05 * size
+            clear_of[rate, by] = float(smooth.mean())
+            wrong = smooth & (np.abs(found - exact) > 1e-6 * size + 1e-300)
+            assert not wrong.any(), (rate, by, {k: v[wrong][:2] for k, v in given.items()})
+    assert min(clear_of.values()) > 0.9, clear_of
+
+
+@pytest.mark.parametrize("law", ["line", "ellipse"])
+def test_steps_are_the_integral_of_the_rates(rig: cl.Model, locomotive: cl.Model, law: str) -> None:
+    model = rig if law == "line" else locomotive
+    element = replace(model.wheelset.element, memory=True)
+    rng = np.random.default_rng(2)
+    for _ in range(6):
+        speed = float(rng.choice([-1.0, 0.0, 1.0]) * 10 ** rng.uniform(-3.0, 1.0))
+        slip = float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-4.0, 0.0))
+        start = [rng.uniform(-0.4, 0.4), rng.uniform(0.0, 1.0)]
+        path = 10 ** rng.uniform(-3.0, 0.5) * element.memory_parameters["relaxation_length"]
+        step = path / (abs(speed) + abs(slip) / element.saturation_creepage)
+        given = {"omega": (speed + slip) / element.radius, "speed": speed}
+
+        def rates(_: float, y: FloatArray, given: dict[str, float] = given) -> FloatArray:
+            out = evaluated(element, **given, held_traction=y[0], unslipped=y[1])
+            return np.array([out["traction_rate"], out["unslipped_rate"]])
+
+        solved = solve_ivp(rates, (0.0, step), start, method="Radau", rtol=1e-9, atol=1e-11)
+        stepped = model_of(
+            model,
+            **given,
+            normal_load=element.normal_load,
+            held_traction=start[0],
+            unslipped=start[1],
+        )
+        stepped.advance(step, 1e-9)
+        assert stepped.get("held_traction", "unslipped") == pytest.approx(
+            solved.y[:, -1], abs=1e-6
+        ), given
+
+
+@pytest.mark.parametrize("law", SAME_AT_ANY_SPEED)
+def test_speed_only_scales_time(elements: dict[str, cl.ForceElement], law: str) -> None:
+    element = elements[law]
+    distance = np.linspace(0.0, 0.06, 121)
+    creepage = 2.0 * element.saturation_creepage * np.sin(200.0 * distance)
+    contact = kernel.NativeForceElement(element.table.native, element.rolling_parameters)
+    force = contact.roll(creepage, distance, 1.0, 1e-8)
+    for speed in (0.01, 50.0):
+        other = contact.roll(creepage, distance, speed, 1e-8)
+        np.testing.assert_allclose(other, force, atol=1e-6 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_mirrored_histories_give_mirrored_forces(
+    elements: dict[str, cl.ForceElement], law: str
+) -> None:
+    element = elements[law]
+    distance = np.linspace(0.0, 0.05, 101)
+    creepage = 2.0 * element.saturation_creepage * np.sin(150.0 * distance + 0.3)
+    if law != "hot":  # a faster wheel carries off more heat
+        there = roll(element, creepage=creepage, distance=distance)
+        back = roll(element, creepage=-creepage, distance=distance)
+        np.testing.assert_allclose(back, -there, rtol=1e-9, atol=1e-9 * there.max())
+    given = random_states(element, 500, seed=7)
+    out = evaluated(element, **given)
+    for name in ("omega", "speed", "held_traction"):
+        given[name] = -given[name]
+    turned = evaluated(element, **given)
+    np.testing.assert_array_equal(turned["traction_rate"], -out["traction_rate"])
+    np.testing.assert_array_equal(turned["unslipped_rate"], out["unslipped_rate"])
+
+
+def test_wheel_holds_its_force_at_standstill(rig: cl.Model) -> None:
+    model = model_of(rig, omega=0.0, speed=0.0, held_traction=0.15)
+    (before,) = model.get("creep_force")
+    model.advance(100.0)
+    assert model.get("creep_force")[0] == pytest.approx(before, rel=0.01)
+
+
+@pytest.mark.parametrize("law", ["line", "ellipse", "constant"])
+def test_force_at_standstill_begins_with_the_stiffness_of_mindlin(
+    elements: dict[str, cl.ForceElement], law: str
+) -> None:
+    element = elements[law]
+    memory = element.memory_parameters
+    slips = np.array([-1e-3, 1e-5, 1e-3, 1.0])
+    out = evaluated(element, omega=slips / element.radius, speed=0.0, unslipped=1.0)
+    grown = out["traction_rate"] * memory["relaxation_length"] * element.saturation_creepage
+    slope = memory["standing_stiffness"] * memory["initial_slope"] * element.friction.kinetic
+    np.testing.assert_allclose(grown / slips, slope, rtol=1e-3)
+
+
+@pytest.mark.parametrize("spinning", [0.1, 10.0, 1000.0])
+def test_wheel_that_spins_at_standstill_winds_up_no_spring(rig: cl.Model, spinning: float) -> None:
+    # Turned back, it must give its force up within microns, however long it span.
+    element = rig.wheelset.element
+    model = model_of(rig, omega=2.0, speed=0.0)
+    load = model.get("normal_load")[0]
+    forces = []
+    for time in (1e-5, 1e-4, 1e-3, spinning):
+        model.advance(time)
+        forces.append(model.get("creep_force")[0] / load)
+    assert max(forces) <= element.friction.static
+    assert forces[-1] == pytest.approx(element.friction.kinetic, rel=1e-5)
+    model.set(omega=-2.0)
+    length = element.memory_parameters["relaxation_length"] * element.saturation_creepage
+    model.advance(2.0 * length / (2.0 * element.radius))
+    assert model.get("creep_force")[0] < 0.0
+
+
+def test_force_breaks_loose_above_that_of_sliding(locomotive: cl.Model) -> None:
+    element = locomotive.wheelset.element
+    distance = np.linspace(0.0, 0.2, 1001)
+    creepage = np.where(distance > 0.0, 3.0 * element.saturation_creepage, 0.0)
+    force = roll(element, creepage=creepage, distance=distance)
+    sliding = float(element.at_creepage(creepage[-1], speed=10.0)["creep_force"])
+    assert force[-1] == pytest.approx(sliding, rel=1e-6)
+    assert 1.02 * sliding < force.max() <= element.friction.static * element.normal_load
+
+
+def test_wheel_that_lifts_off_returns_without_memory(rig: cl.Model) -> None:
+    element, speed, creepage = rig.wheelset.element, 5.0, 0.01
+    omega = (1.0 + creepage) * speed / element.radius
+    model = model_of(rig, omega=omega, speed=speed)
+    (load,) = model.get("normal_load")
+    model.advance(1.0)
+    (steady,) = model.get("creep_force")
+    model.set(normal_load=-10.0)
+    model.evaluate()
+    assert model.get("creep_force") == [0.0]
+    model.advance(0.1)  # 0.5 m
+    held, unslipped = model.get("held_traction", "unslipped")
+    assert abs(held) < 1e-6
+    assert unslipped == pytest.approx(1.0, abs=1e-6)
+    model.set(normal_load=load)
+    model.evaluate()
+    assert abs(model.get("creep_force")[0]) < 1e-5 * steady
+    model.advance(1.0)
+    assert model.get("creep_force")[0] == pytest.approx(steady, rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e-3, 0.1, 10.0, 1e3])
+def test_load_may_jump(rig: cl.Model, factor: float) -> None:
+    element, speed, creepage = rig.wheelset.element, 5.0, 0.01
+    omega = (1.0 + creepage) * speed / element.radius
+    model = model_of(rig, omega=omega, speed=speed)
+    (load,) = model.get("normal_load")
+    model.advance(1.0)
+    (held,) = model.get("held_traction")
+    model.set(normal_load=factor * load)
+    model.evaluate()
+    assert model.get("creep_force")[0] == pytest.approx(held * factor * load)
+    largest = element.friction.static
+    for _ in range(50):
+        model.advance(1e-3)
+        assert abs(model.get("held_traction")[0]) <= largest
+    model.advance(10.0)
+    expected = float(element.force(omega=omega, speed=speed, normal_load=factor * load))
+    assert model.get("creep_force")[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["force_element", "wheelset"])
+def test_nothing_diverges_at_any_step_or_speed(
+    rig: cl.Model, locomotive: cl.Model, kind: str
+) -> None:
+    rng = np.random.default_rng(6)
+    for i in range(60):
+        made = with_memory(rig if i % 2 else locomotive)
+        radius, friction = made.wheelset.radius, made.wheelset.element.friction
+        model = native(Description(made, kind), speed=0.0, omega=0.0)
+        (load,) = model.get("normal_load")
+        for _ in range(12):
+            speed = float(rng.choice([-1.0, 0.0, 1.0]) * 10 ** rng.uniform(-8.0, 2.0))
+            slip = float(rng.choice([-1.0, 0.0, 1.0]) * 10 ** rng.uniform(-8.0, 2.0))
+            given = {"normal_load": load * float(rng.choice([0.0, 1e-6, 0.5, 1.0, 3.0]))}
+            if kind == "force_element":
+                given |= {"omega": (speed + slip) / radius, "speed": speed}
+            else:
+                given |= {"drive_torque": float(rng.uniform(-3e4, 3e4))}
+            model.set(**given)
+            model.evaluate()
+            model.advance(float(10 ** rng.uniform(-9.0, 1.0)))
+            held, unslipped = model.get("held_traction", "unslipped")
+            assert abs(held) <= friction.static * (1.0 + 1e-3)
+            assert -1e-2 < unslipped < 1.01
+            assert np.isfinite(model.get("omega", "speed", "creep_force")).all()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_parameters_of_memory_do_nothing_without_it(
+    elements: dict[str, cl.ForceElement], law: str
+) -> None:
+    element = replace(elements[law], memory=False)
+    given = random_states(element, 500, seed=9)
+    expected = evaluated(element, **{**given, "held_traction": 0.0, "unslipped": 0.0})
+    parameters = {**element.parameters, **element.memory_parameters, "relaxation_length": 0.0}
+    inputs = np.zeros(500, kernel.struct_dtype("force_element_input"))
+    for name, value in given.items():
+        inputs[name] = value
+    out = kernel.NativeForceElement(element.native_contact, parameters).evaluate(inputs)
+    assert np.array_equal(out, expected)
+    assert not out["traction_rate"].any()
+    steady = evaluated(elements[law], **given)  # what does not depend on it
+    fast = np.abs(given["speed"]) >= element.minimum_speed
+    for name in ("creepage", "steady_traction", "k_hat", "force_gradient", "contact_temperature"):
+        np.testing.assert_array_equal(steady[name][fast], out[name][fast], err_msg=name)
+
+
+def test_steady_memory_is_a_steady_state(rig: cl.Model) -> None:
+    element = replace(rig.wheelset.element, memory=True)
+    given = {"omega": 20.2, "speed": 10.0}
+    out = evaluated(element, **given, **steady_memory(element, **given))
+    assert abs(out["traction_rate"]) < 1e-9
