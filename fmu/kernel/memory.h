@@ -6,8 +6,7 @@
  * f_d, h the unslipped part and Q(x) the steady law of initial slope S0:
  *
  *     G = Q + (h - m)+ (F - Q)+,      dq/ds = (G - q)/(sigma L),
- *     dh/ds = 2.25 (h' - h)/sigma     while h is below h', and else
- *           = -2.5 (x/D) r^8 (h - m).
+ *     dh/ds = (2.5 (x/D) r^8 + 2.25/sigma) (h' - h), without 2.25/sigma while h > h'.
  *
  * m = 2 Q/(S0 x) - 1 is the part that sticks in steady rolling (exact for Carter's law), D the
  * weakening length over a zeta0 (in dh/ds at least sigma/(8 S0)), r = q/G, and F the strength of a
@@ -134,8 +133,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     by[BY_PACE] = gap / length;
 
     double back = against ? smaller(-r, 1.0) : 0.0, target = m + (1.0 - m) * back;
-    int returns = !weakens | (h < target);
     target = weakens ? target : m;
+    double pull = (!weakens | (h < target)) ? 2.25 : 0.0;
     int turning = weakens & against & (r > -1.0);
     double by_back = turning ? 1.0 - m : 0.0; /* of the target by -r */
     double target_m = 1.0 - (weakens ? back : 0.0);
@@ -145,19 +144,17 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double wear = weakens ? 2.5 * sigma * x / weaken : 0.0, fourth = second * second;
     double worn = wear * fourth * fourth;
     double worn_r = ((r > 0.0) & (r < 1.0)) ? 8.0 * wear * fourth * second * inside : 0.0;
-    double per_pace = returns ? 2.25 * (target - h) : -worn * (h - m);
-    double by_m = pace * (returns ? 2.25 * target_m : worn);
-    double by_r = pace * (returns ? -2.25 * by_back : -worn_r * (h - m));
+    double quick = pull + worn, apart = target - h, per_pace = quick * apart;
+    double by_m = pace * quick * target_m, by_r = pace * (worn_r * apart - quick * by_back);
     double r_strength = -r / strength;
     by = flow.by[1];
     flow.rate[1] = pace * per_pace;
-    by[BY_X] =
-        by_m * m_x + by_r * r_strength * strength_x - (returns ? 0.0 : pace * worn * (h - m) / x);
+    by[BY_X] = by_m * m_x + by_r * r_strength * strength_x + pace * worn * apart / x;
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;
-    by[BY_WEAKENING] = (returns | (weakening < shortest)) ? 0.0 : pace * worn * (h - m) / weaken;
+    by[BY_WEAKENING] = weakening < shortest ? 0.0 : -pace * worn * apart / weaken;
     by[BY_TRACTION] = by_r / strength;
-    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * (returns ? 2.25 : worn);
+    by[BY_UNSLIPPED] = by_r * r_strength * above - pace * quick;
     by[BY_PACE] = per_pace;
     return flow;
 }
