@@ -254,7 +254,8 @@ def _step_table(description: Description) -> str:
         with np.errstate(divide="ignore"):
             poles = stiffness / speeds
         spring = element.memory_parameters
-        lag = spring["relaxation_length"] / (spring["standing_stiffness"] * stiffness)
+        stiffest = max(spring["standing_stiffness"], 1.0)
+        lag = spring["relaxation_length"] / (stiffest * stiffness)
         sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(lag))
     heads = ["speed in m/s", "slip pole in 1/s"]
     columns = [speeds, poles]

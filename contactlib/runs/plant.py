@@ -278,7 +278,7 @@ class Plant:
     ...     slip = measured.wheel_speed - measured.vehicle_speed
     ...     measured = plant.step(measured.demand if slip < 0.2 else 0.1 * measured.demand)
     >>> f"{plant['speed']:.1f} m/s, {plant['creep_work'] / 1e3:.0f} kJ of slip"
-    '11.4 m/s, 71 kJ of slip'
+    '11.4 m/s, 70 kJ of slip'
     """
 
     def __init__(

@@ -104,13 +104,46 @@ def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> Floa
     """The two eigenvalues of the antiphase vibration in closed form [1/s].
 
     lambda^2 - c lambda + omega_t^2 = 0 with c = -(r^2 Q'/V + b + 4 d)/J, for a held and a free
-    speed.
+    speed. With memory they are the pair of largest imaginary part of the linearised equations.
     """
     axle = checked_axle(drivetrain)
-    _check_no_memory(drivetrain, "this closed form")
+    if drivetrain.wheelset.element.memory:
+        return _remembering_eigenvalues(drivetrain, axle, point)
     growth = point.jacobian[0, 0] - 4.0 * axle.damping / drivetrain.wheelset.inertia
     root = np.emath.sqrt(0.25 * growth**2 - drivetrain.torsional_frequency**2)
     return np.asarray([0.5 * growth + root, 0.5 * growth - root])
+
+
+def _remembering_eigenvalues(
+    drivetrain: Drivetrain, axle: Axle, point: OperatingPoint
+) -> FloatArray:
+    """Eigenvalues of half the difference of omega, twist, held traction and unslipped part."""
+    wheelset, element = drivetrain.wheelset, drivetrain.wheelset.element
+    native = kernel.NativeForceElement(element.table.native, element.rolling_parameters)
+    given = np.zeros(1, kernel.struct_dtype("force_element_input"))
+    given["omega"], given["speed"] = point.omega, point.speed
+    given["normal_load"], given["friction_scale"] = point.normal_load, point.friction_scale
+    steady = native.evaluate(given)
+    given["held_traction"], given["unslipped"] = steady["steady_traction"], steady["sticking"]
+    by = native.evaluate(given)[0]
+    own = 0.5 * wheelset.inertia
+    matrix = np.zeros((4, 4))
+    matrix[0] = (
+        -(0.5 * wheelset.damping + 2.0 * axle.damping) / own,
+        -axle.stiffness / own,
+        -0.5 * wheelset.radius * point.normal_load / own,
+        0.0,
+    )
+    matrix[1, 0] = 2.0
+    for row, rate in ((2, "traction"), (3, "unslipped")):
+        matrix[row] = (
+            by[f"{rate}_by_omega"],
+            0.0,
+            by[f"{rate}_by_traction"],
+            by[f"{rate}_by_unslipped"],
+        )
+    found = np.linalg.eigvals(matrix)
+    return np.asarray(found[np.argsort(-np.abs(found.imag), kind="stable")[:2]])
 
 
 def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
@@ -161,6 +194,8 @@ class AntiphaseForce:
         self, wheelset: Wheelset, point: OperatingPoint, frequency: float | None = None
     ) -> None:
         self._wheelset, self._point, self._frequency = wheelset, point, frequency
+        if frequency is not None:
+            self._frequency = checked_number("frequency", frequency, Limits(above=0.0))
         limits = creepage_limits(wheelset.element, point.speed)
         self._largest = min(limits.at_most - point.creepage, point.creepage - limits.at_least)
         self._scale = wheelset.element.saturation_creepage_at(

@@ -80,6 +80,10 @@ static double held_tolerance(double required, double count) {
                                         : fmax(required, 1e-1);
 }
 
+/* A step that is long against the distance of an end of slip may overshoot the part that is left.
+ */
+static double between_zero_and_one(double part) { return smaller(larger(part, 0.0), 1.0); }
+
 /* Advance a run by a step; see wheelset_advance. */
 static const char *advance(const equations *problem, integration *run, double step,
                            double *tolerance, double *substep) {
@@ -117,7 +121,7 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
     state->omega = run.y[0][0];
     state->speed = run.y[1][0];
     state->held_traction = run.y[2][0];
-    state->unslipped = run.y[3][0];
+    state->unslipped = between_zero_and_one(run.y[3][0]);
     return NULL;
 }
 
@@ -159,7 +163,7 @@ static const char *advance_memory(const creep_table *table, const force_element_
     if (error != NULL) return error;
     input->omega = end;
     input->held_traction = run.y[2][0];
-    input->unslipped = run.y[3][0];
+    input->unslipped = between_zero_and_one(run.y[3][0]);
     return NULL;
 }
 

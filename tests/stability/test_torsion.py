@@ -348,6 +348,32 @@ def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
         torsion.torsional_threshold(Drivetrain(body), speed=SPEED)
     remembering = on_axle(replace(body, element=replace(body.element, memory=True)))
     with pytest.raises(ValueError, match="memory"):
-        torsion.torsional_state(remembering, body.balanced(creepage=0.03, speed=SPEED))
+        torsion.bistable_range(remembering, speed=SPEED)
     with pytest.raises(ValueError, match="amplitude = -0"):
         torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)
+
+
+def test_memory_slows_growth_at_low_speed_only(locomotive: cl.Model) -> None:
+    """It does by half the lag Delta/zeta of the falling branch in the first order."""
+    body = replace(locomotive.wheelset, damping=0.0)
+    memory = replace(body, element=replace(body.element, memory=True))
+    slowed = []
+    for speed in (80.0, 1.0):
+        point = body.balanced(creepage=0.02, speed=speed)
+        steady, found = (
+            torsion.antiphase_eigenvalues(on_axle(one), point).real.max() for one in (body, memory)
+        )
+        slowed.append(1.0 - found / steady)
+    assert abs(slowed[0]) < 1e-3
+    assert 0.05 < slowed[1] < 0.2
+
+
+def test_remembered_describing_function_becomes_the_steady_one(locomotive: cl.Model) -> None:
+    memory = replace(locomotive.wheelset, element=replace(locomotive.wheelset.element, memory=True))
+    point = locomotive.wheelset.balanced(creepage=0.03, speed=SPEED)
+    amplitudes = np.array([0.005, 0.02])
+    slow = torsion.AntiphaseForce(memory, point, 2.0 * np.pi * 0.5)
+    steady = torsion.AntiphaseForce(locomotive.wheelset, point)
+    np.testing.assert_allclose(
+        slow.describing_function(amplitudes), steady.describing_function(amplitudes), rtol=2e-3
+    )
