@@ -227,17 +227,18 @@ class AntiphaseForce:
         limits = Limits(at_least=0.0, at_most=self._largest)
         size, sines = checked("amplitude", amplitude, limits), self._cycle
         if self._wheelset.element.memory and self._frequency is not None:
-            return np.asarray(np.vectorize(self._remembered, otypes=[float])(size))
+            each = [self._remembered(a, self._frequency) for a in size.ravel().tolist()]
+            return np.array(each).reshape(size.shape)
         still = size <= MIN_AMPLITUDE * self._scale
         first = 2.0 * np.mean(self(size[..., np.newaxis] * sines) * sines, axis=-1)
         small = 0.5 * self._point.creep_force_slope
         return np.where(still, small, first / np.where(still, 1.0, size))
 
-    def _remembered(self, amplitude: float) -> float:
+    def _remembered(self, amplitude: float, frequency: float) -> float:
         """Re N(a) of a contact with memory, from one cycle after the transient."""
         element, point = self._wheelset.element, self._point
         size = max(amplitude, 1e-3 * self._scale)
-        length = 2.0 * math.pi * point.speed / self._frequency  # of a cycle
+        length = 2.0 * math.pi * point.speed / frequency  # of a cycle
         decay = element.memory_parameters["relaxation_length"]
         cycles = 2 + math.ceil(8.0 * decay / length)
         turn = 2.0 * math.pi * np.arange(cycles * PHASES + 1) / PHASES

@@ -248,7 +248,7 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
     assert 1.0 / pole == pytest.approx(speed / unit_pole, rel=5e-3)
     contact = element.contact
     spring = contact.relaxation_lengths.longitudinal * contact.semi_width
-    spring /= contact.standing_stiffness * unit_pole
+    spring /= max(contact.standing_stiffness, 1.0) * unit_pole
     longest = np.maximum(2e3 * speed / unit_pole, 2e3 * np.sqrt(spring))
     assert sequential == pytest.approx(longest, rel=5e-3)
     assert parallel == pytest.approx(1e3 * speed / unit_pole, rel=5e-3)
