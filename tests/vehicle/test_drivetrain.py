@@ -168,7 +168,7 @@ def test_steps_are_the_equations_of_motion(
     run = drive(train, lambda t: 2.6e4, duration=0.4, **start, **held)
     exact = written_again(train, 2.6e4, duration=0.4, **start, **held)
     end = run.states[-1]
-    names = ("speed", "omega_left", "omega_right", "twist")
+    names = ["speed", "omega_left", "omega_right", "twist"]
     names += ("traction_left", "traction_right", "unslipped_left", "unslipped_right")
     for name, value in zip(names, exact, strict=False):
         if name.startswith(("traction", "unslipped")) and not body.element.memory:
