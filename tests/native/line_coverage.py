@@ -23,6 +23,7 @@ from contactlib.base.writing import c_sources, package_folder
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
+from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from native_programs import COUNTED, NATIVE, WRAPPED, Build, Fmu, alone, clean, run
 
@@ -52,7 +53,7 @@ def run_all(
     """Run every program: laws of every shape, every kind of FMU, memory, threads, golden cases."""
     tests, calls = build.program("test_native"), build.program("test_calls")
     for name, options in EXPORTS.items():
-        fmu = Fmu(model, folder / name, fmi_version=2, **options)
+        fmu = Fmu(fitting(model, name), folder / name, fmi_version=2, **options)
         clean([calls, fmu.location, fmu.token, options["kind"], fmu.resources.parent])
         clean([tests, "60", fmu.location, fmu.token, options["kind"]])
         if name == "wheelset":

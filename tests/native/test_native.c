@@ -13,6 +13,7 @@
 #include "drivetrain.h"
 #include "file_io.h"
 #include "fmi.h"
+#include "half_space.h"
 #include "hertz.h"
 #include "simd_dispatch.h"
 #include "wheelset_run.h"
@@ -58,6 +59,9 @@ static void test_advance(const creep_table *table, const force_element_parameter
 
 static void test_force(const creep_table *table, const force_element_parameters *parameters) {
     CHECK(process_zone_limit() == PROCESS_ZONE_LIMIT);
+    relaxation_lengths lengths;
+    relaxation_lengths_of(1.0, 0.28, &lengths);
+    CHECK(lengths.lateral < lengths.longitudinal && lengths.longitudinal < lengths.spin);
     for (int i = 0; i < points; i++) {
         force_element_input in = {
             .omega = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
@@ -68,6 +72,7 @@ static void test_force(const creep_table *table, const force_element_parameters 
             .unslipped = 1.2 * random_unit() - 0.1,
         };
         if (i % 12 == 0) in.normal_load = -in.normal_load;
+        if (i % 13 == 0) in.omega = in.speed / parameters->radius;
         force_element_output out;
         force_element_evaluate(table, parameters, &in, &out);
         force_ranges any = {{-1e9, -1e9, -1e12, 0.0}, {1e9, 1e9, 1e12, 1e3}};

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import line_coverage
 import pytest
+from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from native_programs import (
     INITIALIZED,
@@ -70,7 +71,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
 def test_every_function_of_fmi_is_clean_under_sanitizers(
     sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str
 ) -> None:
-    fmu = Fmu(locomotive, tmp_path / "x", **EXPORTS[name])
+    fmu = Fmu(fitting(locomotive, name), tmp_path / "x", **EXPORTS[name])
     kind = EXPORTS[name]["kind"]
     location = fmu.resources.as_uri()
     clean([sanitized.program("test_calls"), location, fmu.token, kind, fmu.resources.parent])
