@@ -285,14 +285,12 @@ class ForceElement(Parameters):
     @cached_property
     def memory_parameters(self) -> dict[str, float]:
         """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`."""
-        contact, layer = self.contact, 0.0
-        if self.layer_compliance > 0.0:
-            layer = 0.5 * self.layer_compliance * contact.tangential_modulus / contact.semi_width
+        contact = self.contact
         length = float(contact.relaxation_lengths.longitudinal) * contact.semi_width
         return {
             "relaxation_length": length,
             "standing_stiffness": contact.standing_stiffness,
-            "initial_slope": float(self.table.slope(0.0, self.k_hat, layer)),
+            "initial_slope": float(self.table.slope(0.0, self.k_hat, self.layer_ratio)),
         }
 
     @property

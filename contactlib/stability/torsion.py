@@ -19,8 +19,8 @@ a sin(omega t), grows at half of
 with N(a), the describing function of z -> (Q1(zeta_m + z) - Q1(zeta_m - z))/2; N(0) = Q1'. N is
 real, so a limit cycle, rate(a) = 0, has the frequency omega_t. If the contact has memory, N(a) is
 the real part of the first harmonic of the rolled force at omega_t; the imaginary part would shift
-the frequency. The mean creepage zeta_m is taken as
-constant: creep control holds it, up to a ripple at 2 omega_t that the mean force has.
+the frequency. The mean creepage zeta_m is taken as constant: creep control holds it, up to a ripple
+at 2 omega_t that the mean force has.
 
 The creepage is sinusoidal if it grows little within a cycle, |rate(a)| << omega_t for all a up to
 the cycle's; the error is of second order in that ratio. Equations of motion with the mean creepage
