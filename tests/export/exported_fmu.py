@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import fmpy
 from fmu_instance import Subject
+from native_models import with_memory
 
 import contactlib as cl
-
-
-def with_memory(model: cl.Model) -> cl.Model:
-    """The model, its contact with memory."""
-    wheelset = model.wheelset
-    return replace(
-        model, wheelset=replace(wheelset, element=replace(wheelset.element, memory=True))
-    )
 
 
 def fitting(model: cl.Model, name: str) -> cl.Model:

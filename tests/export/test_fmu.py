@@ -18,9 +18,10 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from exported_fmu import exported, fitting, with_memory
+from exported_fmu import exported, fitting
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
+from native_models import with_memory
 from plain_scenario import controls
 
 import contactlib as cl

@@ -12,9 +12,9 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from exported_fmu import fitting, with_memory
+from exported_fmu import fitting
 from fmu_instance import EXPORTS
-from native_models import native
+from native_models import native, with_memory
 
 import contactlib as cl
 from contactlib.export.description import Description

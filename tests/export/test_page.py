@@ -14,8 +14,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from exported_fmu import with_memory
 from falling_friction import with_falling
+from native_models import with_memory
 
 import contactlib as cl
 from contactlib.base.text import version

@@ -18,8 +18,8 @@ import fmpy.ssp.ssd
 import numpy as np
 import pytest
 from command_line import done
-from exported_fmu import with_memory
 from fmu_proof import faults
+from native_models import with_memory
 from outside_tools import module
 
 import contactlib as cl

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
+from contactlib.files.model import Missing
 
 
 def with_memory(model: cl.Model, memory: bool = True) -> cl.Model:
     """The model whose contacts have memory, or have none."""
     element = replace(model.wheelset.element, memory=memory)
+    if isinstance(model.wheelset, Missing):  # a wheel's creep force only
+        known: Any = Missing(model.wheelset.lacking, element=element, radius=element.radius)
+        return replace(model, wheelset=known)
     return replace(model, wheelset=replace(model.wheelset, element=element))
 
 
