@@ -313,8 +313,8 @@ const model *model_of(const char *kind) {
 
 /* With memory a wheelset's slip w and its force Q obey m dw/dt = -Q and sigma dQ/dt = c w - v Q,
  * c/v being the slope of the steady force. Euler's method is stable below 1 / lambda, with the slip
- * pole lambda, where they swing, and below 2 sigma / v where both decay. The lag shortens to a
- * hundredth of sigma where the contact slides. */
+ * pole lambda, where they swing, and below 2 sigma / v where both decay. The lag shortens to
+ * about a hundredth of sigma where the contact slides. */
 double model_explicit_step(const model *m, const creep_table *table, const model_values *values) {
     model_values v = *values;
     const force_element_parameters *p = &v.contact;

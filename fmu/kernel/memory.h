@@ -22,15 +22,13 @@
  *     L = y s/(kappa + s |r| (1/2 + |r|)/y)                    for r < 0,
  *     L = m'                                                    for r >= 1,
  *
- * where m' is m, but at least the distance D/(sigma x) over which friction weakens in full slip,
- * and s/20. So small
- * creepages lag by sigma; a sliding contact follows within D/x; and without rolling (x -> infinity
- * at a given displacement x s) a force that begins at zero is Mindlin's, 1 - (1 - 2 kappa S0 x s/
- * (3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work q x >= d(sigma q^2/(2 kappa
- * S0))/ds, so no history yields energy. Of the constants kappa and sigma follow from the
- * half-space; 2.25, 2.5, 1/2, 9/4, 1.5 and the powers of y and r were fitted to transient
- * solutions.
- */
+ * where m' is m, but at least D/(sigma x), the distance over which friction weakens in full slip,
+ * and s/20. So small creepages lag by sigma; a sliding contact follows within D/x; and without
+ * rolling (x -> infinity at a given displacement x s) a force that begins at zero is Mindlin's,
+ * 1 - (1 - 2 kappa S0 x s/(3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work
+ * q x >= d(sigma q^2/(2 kappa S0))/ds, so no history yields energy. Of the constants kappa and
+ * sigma follow from the half-space; 2.25, 2.5, 1/2, 9/4, 1.5 and the powers of y and r were fitted
+ * to transient solutions. */
 #ifndef MEMORY_H
 #define MEMORY_H
 

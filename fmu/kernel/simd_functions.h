@@ -64,9 +64,9 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
             }
             finish_force(table, parameters, &in[i], &at[i], q, out);
             if (remembers(parameters)) {
-                p = force_element_at_load(parameters, in[i].normal_load);
-                scales = contact_scales_of(&p);
-                memory_action(&p, &in[i], &at[i], out);
+                force_element_parameters there =
+                    force_element_at_load(parameters, in[i].normal_load);
+                memory_action(&there, &in[i], &at[i], out);
             }
         }
     }

@@ -31,6 +31,7 @@ typedef struct {
  * layer takes half of the softening, whatever slips. */
 ALWAYS_INLINE stiffness_left stiffness_with_layer(double softening, double size, double lam) {
     const double middle = 0.14; /* layer that does half of that; fitted to half-spaces */
+    lam = smaller(lam, MAX_LAYER);
     double end = 1.0 / (1.0 - softening);
     layer_place at = solve_layer_place(larger(size, 1e-280) / end, 0.0, lam / end);
     double per = 4.0 * at.m * at.s / at.by_t; /* dm/dx */
