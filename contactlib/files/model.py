@@ -216,7 +216,7 @@ class _Vehicle(NamedTuple):
     friction: Friction | None  # none for a measured curve
     reduction: float
     resistance: Resistance
-    own: dict[str, Any]  # of the element, in [contact]
+    memory: bool
 
 
 def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
@@ -244,8 +244,8 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
                 clean = contact, friction
                 reduction = mistakes.of(cache.made, "wheelset", slope_reduction_of, *clean, **given)
         resistance = read("resistance", Resistance)
-    own = arguments(ForceElement, section or {})
-    return _Vehicle(contact, law, body, inertia, friction, reduction, resistance, own)
+    memory = bool(section and section["memory"])
+    return _Vehicle(contact, law, body, inertia, friction, reduction, resistance, memory)
 
 
 def build_wheelset(
@@ -257,15 +257,17 @@ def build_wheelset(
 ) -> Wheelset:
     """Build a wheelset from the contents of a model file in `folder`; errors as `build_model`."""
     cache = cache or BuildCache()
-    contact, law, body, inertia, friction, reduction, resistance, own = _read_vehicle(data, cache)
+    contact, law, body, inertia, friction, reduction, resistance, memory = _read_vehicle(
+        data, cache
+    )
     if friction is None:
-        sizes = arguments(ForceElement, body, *REPLACED) | arguments(ForceElement, law) | own
+        sizes = arguments(ForceElement, body, *REPLACED) | arguments(ForceElement, law)
         table = table or cache.made("law", measured_table, law, folder)
         _warn_of_unused(data)
-        element = cache.made("law", ForceElement.from_curve, table, contact, **sizes)
+        element = cache.made("law", ForceElement.from_curve, table, contact, **sizes, memory=memory)
     else:
         table = table or cache.made("law", law_table, law, contact, friction, progress)
-        own |= {"table": table, "slope_reduction": reduction}
+        own = {"table": table, "slope_reduction": reduction, "memory": memory}
         sizes = {**arguments(ForceElement, body), **own}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
     if lacking := " and ".join(key for key in ("inertia", "wheels") if key not in body):
