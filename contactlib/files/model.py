@@ -244,7 +244,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
                 clean = contact, friction
                 reduction = mistakes.of(cache.made, "wheelset", slope_reduction_of, *clean, **given)
         resistance = read("resistance", Resistance)
-    memory = bool(section and section["memory"])
+    memory = bool(section and section.get("memory", False))
     return _Vehicle(contact, law, body, inertia, friction, reduction, resistance, memory)
 
 

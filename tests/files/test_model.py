@@ -176,10 +176,8 @@ slip_reduction = 0.4
 
 
 def test_the_radius_of_the_contact_is_not_that_of_the_wheel(tmp_path: Path, rig: cl.Model) -> None:
-    text = (package_folder("models") / "roller_rig.toml").read_text()
-    path = tmp_path / "it.toml"
-    path.write_text(text.replace('[wheelset]\nradius = "500 mm"', "[wheelset]\nradius = 0.43"))
-    wheelset = cl.load_model(path).wheelset
+    changes = {'[wheelset]\nradius = "500 mm"': "[wheelset]\nradius = 0.43"}
+    wheelset = load_changed(tmp_path, None, changes).wheelset
     assert (wheelset.radius, wheelset.element.radius) == (0.43, 0.43)
     assert wheelset.element.contact == rig.wheelset.element.contact
 
