@@ -12,14 +12,12 @@ from contactlib.base.quantities import (
     Limits,
     checked,
     checked_number,
-    checks_call,
 )
 from contactlib.element.force_element import ForceElement, creepage_limits
 
 TOLERANCE = 1e-7  # of the held traction over kinetic friction
 
 
-@checks_call
 def roll(
     element: ForceElement, *, creepage: ArrayLike, distance: ArrayLike, speed: float = 10.0
 ) -> FloatArray:
@@ -76,8 +74,8 @@ def roll(
     distances = np.atleast_1d(checked("distance", distance, FINITE))
     if creepages.ndim != 1 or creepages.shape != distances.shape:
         raise ValueError(
-            f"creepage has the shape {creepages.shape} and distance {distances.shape}: expected "
-            "one and the same length"
+            f"creepage {creepages.shape} and distance {distances.shape}: both must have one "
+            "dimension and the same length"
         )
     if not np.all(np.diff(distances) > 0.0):
         at = int(np.argmax(np.diff(distances) <= 0.0))

@@ -68,6 +68,8 @@ def move_until(
 ) -> Arrival:
     """Integrate the equations of motion until a sum of signals passes a level.
 
+    Rolling is steady: backward in time the memory of a contact would diverge.
+
     Parameters
     ----------
     wheelset : Wheelset
@@ -100,7 +102,7 @@ def move_until(
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
     scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
     run = kernel.run_wheelset(
-        Drivetrain(wheelset).native,
+        Drivetrain(wheelset.without_memory()).native,
         TorqueControl(Profile.of(drive_torque)).native,
         {"speed": at.speed, "omega": omega},
         span=(0.0, horizon),

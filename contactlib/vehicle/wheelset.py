@@ -118,6 +118,10 @@ class Wheelset(Parameters):
         product = derived("slope_reduction", lambda: slope * known, given, SLOPE_REDUCTION)
         return replace(self, element=replace(self.element, slope_reduction=product))
 
+    def without_memory(self) -> Wheelset:
+        """Return this wheelset with contacts that always have the force of steady rolling."""
+        return replace(self, element=replace(self.element, memory=False))
+
     def conditions(
         self, at: Conditions | None = None, **given: Unpack[GivenConditions]
     ) -> Conditions:

@@ -178,7 +178,7 @@ def test_small_creepages_lag_and_the_falling_branch_does_not() -> None:
     ("given", "message"),
     [
         ({"creepage": [0.0, 0.1], "distance": [0.0, 0.0]}, "strictly increasing"),
-        ({"creepage": [0.0, 0.1], "distance": [0.0]}, "one and the same length"),
+        ({"creepage": [0.0, 0.1], "distance": [0.0]}, "the same length"),
         ({"creepage": [0.0, math.nan], "distance": [0.0, 1.0]}, "creepage"),
         ({"creepage": [0.0, 0.1], "distance": [0.0, 1.0], "speed": 0.0}, "speed"),
     ],

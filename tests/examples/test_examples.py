@@ -18,9 +18,9 @@ PRINTED = {
     "fold": "fold predicted at 27314 N.m, passed at 27325 N.m",
     "lateral_spin": "spin 0.2 1/m: 9633 N along, -4976 N across",
     "measured_curve": "fit residual 0.0246",
-    "own_controller": "HoldSlip   86.4 %",
+    "own_controller": "HoldSlip   86.1 %",
     "own_loop": "with the cut: 0 slip away",
-    "sweep": "creep_pi       89.3 %, 95.7 %, 97.2 %",
+    "sweep": "creep_pi       89.3 %, 95.8 %, 97.2 %",
     "wet_patch": "creep_pi       uses  97.6 % while friction limits",
 }
 

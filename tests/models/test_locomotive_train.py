@@ -46,12 +46,13 @@ def scenario() -> cl.Scenario:
 
 @pytest.fixture(scope="module")
 def locomotive(scenario: cl.Scenario) -> Locomotive:
-    return Locomotive(Vehicle.load(), scenario.drivetrain.wheelset)
+    return Locomotive(Vehicle.load(), scenario.drivetrain.wheelset.without_memory())
 
 
 @pytest.fixture(scope="module")
 def fmu(scenario: cl.Scenario, tmp_path_factory: pytest.TempPathFactory) -> str:
-    model = replace(cl.load_model("locomotive.toml"), wheelset=scenario.drivetrain.wheelset)
+    wheelset = scenario.drivetrain.wheelset.without_memory()
+    model = replace(cl.load_model("locomotive.toml"), wheelset=wheelset)
     path = tmp_path_factory.mktemp("fmu") / "wheel.fmu"
     return str(cl.export_fmu(model, path, implicit=True))
 

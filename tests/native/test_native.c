@@ -57,6 +57,23 @@ static void test_advance(const creep_table *table, const force_element_parameter
     CHECK(error == NULL || memcmp(&in, &after, sizeof in) == 0);
 }
 
+/* The creep force of a history of creepage is bounded by friction, at any load and step. */
+static void test_roll(const creep_table *table, const force_element_parameters *parameters) {
+    for (int i = 0; i < points / 20; i++) {
+        double creepage[3], distance[3] = {0.0}, force[3];
+        double load = random_exponent(-3.0, 9.0), scale = random_exponent(-6.0, 3.0);
+        for (int k = 0; k < 3; k++) {
+            creepage[k] = (random_unit() - 0.5) * random_exponent(-9.0, 1.0);
+            if (k > 0) distance[k] = distance[k - 1] + random_exponent(-9.0, 3.0);
+        }
+        const char *error =
+            force_element_roll(table, parameters, random_exponent(-3.0, 2.0), load, scale, 3,
+                               creepage, distance, 1e-3, force);
+        for (int k = 0; k < 3 && error == NULL; k++)
+            CHECK(fabs(force[k]) <= 1.01 * parameters->static_friction * scale * load);
+    }
+}
+
 static void test_force(const creep_table *table, const force_element_parameters *parameters) {
     CHECK(process_zone_limit() == PROCESS_ZONE_LIMIT);
     relaxation_lengths lengths;
@@ -95,6 +112,7 @@ static void test_force(const creep_table *table, const force_element_parameters 
         if (parameters->relaxation_length == 0.0 || i % 20 != 1) continue;
         test_advance(table, parameters, in);
     }
+    if (parameters->relaxation_length > 0.0) test_roll(table, parameters);
 }
 
 /* Twice the direction is twice the change, to the last bit. */
