@@ -18,7 +18,8 @@ from contactlib.runs.result import Result
 from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.sweep.store import locked
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
-from contactlib.stability import controllability, worst_pole
+from contactlib.stability import controllability, reduced_frequency, worst_pole
+from contactlib.stability.poles import STEADY_ROLLING
 from contactlib.vehicle.continuous_control import ContinuousController
 
 if TYPE_CHECKING:
@@ -143,10 +144,12 @@ def outlook(scenario: Scenario) -> list[str]:
     """Report for each sample time, at minimum and maximum friction, if a gain is stabilising.
 
     A line names the steepest point of the falling branch at the design speed, its pole, and the
-    gains that hold it with the delays of the loop.
+    gains that hold it with the delays of the loop. The last one reports rolling that is not steady.
     """
     drivetrain, speed = scenario.drivetrain, scenario.design_speed
-    lines = []
+    remembers = drivetrain.wheelset.element.memory
+    vibrates = drivetrain.axle is not None and not remembers
+    lines, rates = [], [drivetrain.torsional_frequency if vibrates else 0.0]
     for sample_time in sample_times(scenario):
         for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
             wheelset = drivetrain.wheelset.with_slope(slope)
@@ -164,11 +167,21 @@ def outlook(scenario: Scenario) -> list[str]:
                 lag=drivetrain.motor.lag,
                 sample_time=sample_time,
             )
+            rates.append(worst.pole)
             stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
             lines.append(
                 f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
-                f"{verdict.text}{stay}"
+                f"{verdict.text}{stay}; reduced frequency p a/V "
+                f"{reduced_frequency(wheelset, worst.pole, speed=speed):.2g}"
             )
+    fastest = reduced_frequency(drivetrain.wheelset, max(rates), speed=speed)
+    if fastest > STEADY_ROLLING:
+        advice = "" if remembers else "; for the runs, add memory = true to [contact]"
+        lines.append(
+            f"rolling at {speed:g} m/s is not steady, and analysis is inaccurate: the largest "
+            f"rate, {max(rates):.3g} 1/s, has the reduced frequency {fastest:.2g}, above "
+            f"{STEADY_ROLLING:g}{advice}"
+        )
     return lines
 
 

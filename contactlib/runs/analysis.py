@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Outcome
-from contactlib.stability import clearing, creep_control_gain, delay_limit
+from contactlib.stability import clearing, creep_control_gain, delay_limit, reduced_frequency
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, WorstPole
 
 DRIVING = "while driving; nan where the demand brakes"
@@ -161,6 +161,11 @@ ANALYSES = {
         "largest pole of the falling branch at constant torque",
         analyse=lambda a: a.worst.pole,
         border="zero: below it no slip-away",
+    ),
+    "reduced_frequency": Outcome(
+        "1",
+        "largest pole times semi-width over speed; above 0.5 rolling is not steady",
+        analyse=lambda a: float(reduced_frequency(a.wheelset, a.worst.pole, speed=a.speed)),
     ),
     "delay_limit": Outcome(
         "s",

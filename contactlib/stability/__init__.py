@@ -15,6 +15,7 @@ from contactlib.stability.poles import (
     approximate_pole,
     fast_pole,
     poles,
+    reduced_frequency,
     slope_threshold,
     worst_pole,
 )
@@ -46,6 +47,7 @@ __all__ = [
     "poles",
     "proportional_window",
     "quasi_steady_torque",
+    "reduced_frequency",
     "reduced_plant",
     "s_curve",
     "sampled_delay",

@@ -1,6 +1,7 @@
 """Time in which a constant torque changes the creepage from one value to another.
 
 The speed is frozen: dt = (J V/r) dzeta/(T - T_s(zeta)), see `contactlib.vehicle.creep_curve`.
+Rolling is taken as steady: see `reduced_frequency`.
 """
 
 from __future__ import annotations

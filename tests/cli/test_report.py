@@ -25,7 +25,7 @@ from contactlib.cli.report import outlook
 from contactlib.runs import tuning
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.traction import OpenLoop, Sensors
-from contactlib.vehicle import Drivetrain, Motor
+from contactlib.vehicle import Axle, Drivetrain, Motor
 
 OPEN = {"open_loop": OpenLoop()}
 SHORT = """
@@ -130,6 +130,24 @@ def test_the_outlook_names_a_curve_that_does_not_fall(rig: cl.Model) -> None:
     plain = dataclasses.replace(case, drivetrain=Drivetrain(wheelset), controllers=OPEN)
     (line,) = outlook(plain)
     assert "no branch on which the wheel slips away under constant torque" in line
+
+
+@pytest.mark.parametrize("memory", [False, True])
+def test_the_outlook_warns_of_rolling_that_is_not_steady(memory: bool) -> None:
+    """Of the slip-away with or without memory, of the axle's vibration without it."""
+    rigid = wet_patch().drivetrain
+    element = dataclasses.replace(rigid.wheelset.element, memory=memory)
+    rigid = Drivetrain(dataclasses.replace(rigid.wheelset, element=element))
+    elastic = dataclasses.replace(rigid, axle=Axle(stiffness=6e6, damping=0.0))
+    dry = wet_patch(track=cl.Track())
+    steady = outlook(dataclasses.replace(dry, drivetrain=elastic))
+    assert all("; reduced frequency p a/V 0.0" in line for line in steady)
+    pole = cl.worst_pole(rigid.wheelset, speed=1.5).pole
+    *_, last = outlook(dataclasses.replace(dry, drivetrain=rigid, design_speed=1.5))
+    assert f"is not steady, and analysis is inaccurate: the largest rate, {pole:.3g} 1/s" in last
+    assert ("add memory = true to [contact]" in last) is not memory
+    *_, last = outlook(dataclasses.replace(dry, drivetrain=elastic, design_speed=4.0))
+    assert (f"the largest rate, {elastic.torsional_frequency:.3g} 1/s" in last) is not memory
 
 
 def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -427,6 +427,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     },
     "run_scenario": {"tolerance": 1e-6},
     "simulate": {"controller": torque_control, "output_interval": 0.01, "tolerance": 1e-6},
+    "reduced_frequency": {"rate": 70.0},
     "slip_away_time": {"drive_torque": 4e4, "start": 0.0},
     "pi_stable": {
         "pole": row(1.0, 70.0, -5.0, 0.0, 2.0, 9.0),

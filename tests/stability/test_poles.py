@@ -198,3 +198,15 @@ def test_threshold_without_damping_is_the_peak(rig: cl.Model) -> None:
     # Fast pole r^2 |Q'|/(J V)
     pole = 0.25 * -point.creep_force_slope / (250.0 * 10.0)
     assert point.eigenvalues[0] == pytest.approx(pole, rel=1e-12)
+
+
+def test_reduced_frequency_is_the_rate_over_that_of_rolling_a_semi_width(
+    locomotive: cl.Model,
+) -> None:
+    body, a = locomotive.wheelset, locomotive.wheelset.element.contact.semi_width
+    found = stability.reduced_frequency(body, [30.0, -60.0], speed=15.0)
+    assert found == pytest.approx([2.0 * a, 4.0 * a])
+    heavy = 8.0 * body.element.normal_load  # whose ellipse is twice as long
+    assert stability.reduced_frequency(body, 60.0, speed=15.0, normal_load=heavy) == (
+        pytest.approx(8.0 * a)
+    )

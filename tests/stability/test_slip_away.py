@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_scenario import plain_scenario
 from wheelsets import torque_run
 
 import contactlib as cl
 from contactlib import stability
+from contactlib.stability.poles import STEADY_ROLLING
 
 V = 10.0  # [m/s]
 
@@ -135,3 +137,21 @@ def test_time_to_recover(rig: cl.Model) -> None:
     assert time == pytest.approx(float(run.time[arrived]), rel=1e-6)
     back = cl.stability.slip_away_time(body, drive_torque=torque, speed=V, start=end, end=0.5)
     assert back == math.inf
+
+
+@pytest.mark.parametrize("speed", [3.2, 1.4])
+def test_memory_matters_only_where_rolling_is_not_steady(
+    locomotive: cl.Model, speed: float
+) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    memory = replace(body, element=replace(body.element, memory=True))
+    fold = cl.find_fold(body, speed=speed)
+    torque, start, end = 1.02 * fold.drive_torque, 0.5 * fold.creepage, 0.15
+    given = {"initial_speed": speed, "design_speed": speed, "held_speed": cl.Profile.of(speed)}
+    scenario = plain_scenario(memory, demand=cl.Profile.of(torque), duration=0.1, **given)
+    run = cl.run_scenario(scenario, "open_loop", initial_creepage=start, step=1e-4)
+    found = np.interp(end, run["creepage"], run.time)
+    time = stability.slip_away_time(body, speed=speed, drive_torque=torque, start=start, end=end)
+    pole = cl.worst_pole(body, speed=speed).pole
+    steady = stability.reduced_frequency(body, pole, speed=speed) < STEADY_ROLLING
+    assert (abs(found / time - 1.0) < 0.05) == steady == (speed > 3.0)

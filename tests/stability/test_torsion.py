@@ -20,7 +20,8 @@ from scipy.optimize import brentq
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.stability import torsion
+from contactlib.stability import reduced_frequency, torsion
+from contactlib.stability.poles import STEADY_ROLLING
 from contactlib.stability.torsion import AntiphaseForce
 from contactlib.vehicle import Axle, Drivetrain, OperatingPoint
 
@@ -366,6 +367,18 @@ def test_memory_slows_growth_at_low_speed_only(locomotive: cl.Model) -> None:
         slowed.append(1.0 - found / steady)
     assert abs(slowed[0]) < 1e-3
     assert 0.05 < slowed[1] < 0.2
+
+
+@pytest.mark.parametrize("speed", [5.0, 2.0])
+def test_memory_enlarges_limit_cycles_only_where_rolling_is_not_steady(
+    held: cl.Wheelset, speed: float
+) -> None:
+    memory = replace(held, element=replace(held.element, memory=True))
+    point = held.balanced(creepage=cl.worst_pole(held, speed=speed).creepage, speed=speed)
+    states = (torsion.torsional_state(on_axle(one), point) for one in (held, memory))
+    without, found = (state.limit_cycles[-1].amplitude for state in states)
+    frequency = reduced_frequency(held, 2.0 * math.pi * FREQUENCY, speed=speed)
+    assert (found / without < 1.05) == (frequency < STEADY_ROLLING) == (speed > 3.0)
 
 
 def test_remembered_describing_function_becomes_the_steady_one(locomotive: cl.Model) -> None:
