@@ -103,7 +103,8 @@ def simulate(
     Raises
     ------
     ValueError
-        If a value is out of range, or no stable operating point gives the first torque.
+        If a value is out of range, no stable operating point gives the first torque, or the contact
+        has memory, which `run_scenario` simulates.
     RuntimeError
         If the integrator cannot meet the tolerance.
 
@@ -112,6 +113,10 @@ def simulate(
     InputWarning
         If the run's rim speed, slip work or creepage would destroy a vehicle.
     """
+    if wheelset.element.memory:
+        raise ValueError(
+            "wheelset.element.memory = True must be False: run_scenario simulates such a contact"
+        )
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval
     )

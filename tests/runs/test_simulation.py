@@ -248,6 +248,12 @@ def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, Any], message:
         cl.simulate(rig.wheelset, **settings)
 
 
+def test_memory_is_refused(rig: cl.Model) -> None:
+    remembering = replace(rig.wheelset, element=replace(rig.wheelset.element, memory=True))
+    with pytest.raises(ValueError, match="memory = True"):
+        cl.simulate(remembering, controls("rig")[0], duration=1.0, initial_speed=10.0)
+
+
 def test_profile_ends_jumps_and_refusals() -> None:
     profile = cl.Profile((0.0, 1.0, 1.0, 3.0), (0.0, 1.0, 5.0, 6.0))
     np.testing.assert_allclose(profile([-1.0, 0.5, 1.0, 2.0, 9.0]), [0.0, 0.5, 5.0, 5.5, 6.0])
