@@ -10,6 +10,7 @@ from contactlib.base.units import SPELLINGS, STANDARD_GRAVITY, UNITS
 from contactlib.files.model import RUN
 from contactlib.files.sections import CONTACTS, VEHICLE_SECTIONS, Keys
 from contactlib.laws.hertz import ROLLING
+from contactlib.laws.relaxation import LINE
 
 SECTIONS: dict[str, Keys] = {
     **{name: keys for name, keys in VEHICLE_SECTIONS.items() if name != "law"},
@@ -40,6 +41,7 @@ def declarations() -> dict[str, Any]:
         "contacts": list(CONTACTS),
         "theories": VEHICLE_SECTIONS["contact"]["theory"].choices,
         "longest_ellipse": ROLLING.at_most,
+        "shortest_line": LINE.at_least,
         "gravity": STANDARD_GRAVITY,
         "process_zone_limit": kernel.process_zone_limit(),
     }

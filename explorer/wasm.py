@@ -24,6 +24,7 @@ C_SOURCES = (
 )
 FUNCTIONS = (
     "creep_table_open",
+    "creep_table_evaluate",
     "creep_table_place",
     "force_element_evaluate",
     "force_element_scales",
@@ -34,6 +35,8 @@ FUNCTIONS = (
     "creep_curve_grip",
     "creep_curve_peak",
     "half_space_scales_of",
+    "relaxation_lengths_of",
+    "hertz_integral",
     "hertz_semi_axes",
     "new_doubles",  # from here on module.c's
     "new_table",

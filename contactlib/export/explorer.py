@@ -42,7 +42,8 @@ def write_explorer(
     Raises
     ------
     ModelError
-        If `model` is no model file, or its law is not Carter and Griffith's.
+        If `model` is no model file, its law is not Carter and Griffith's, or its line contact is
+        too short for the memory that it has.
     ValueError
         If `path` ends like another kind of file.
     OSError
@@ -72,6 +73,8 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
     loaded = load_model(model)
     if isinstance(loaded.wheelset, Missing):
         raise ModelError(f"{os.fspath(model)}: {loaded.wheelset.lacking}")
+    with in_file(model):
+        _ = loaded.wheelset.element.rolling_parameters  # a short line contact has no memory
     return file.read_text(encoding="utf-8-sig")
 
 

@@ -4,7 +4,8 @@ import { stringify } from "smol-toml";
 
 import { outOfRange } from "../physics/limits";
 import {
-  atLoad, contactModulus, forceParameters, lateralSemiAxis, scalesOf, type Vehicle, weakenedOver,
+  atLoad, contactModulus, forceParameters, lateralSemiAxis, rollingParameters, scalesOf, type Vehicle,
+  weakenedOver,
 } from "../physics/vehicle";
 import {
   brokenTogether, CONTACTS, LONGEST_ELLIPSE, OF_VEHICLE, SECTIONS, THEORIES, vehicleField,
@@ -22,7 +23,7 @@ const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia"
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
 export function readModel(text: string): Vehicle {
-  const { data, theory } = withoutTheory(parseToml(text));
+  const { data, theory, memory } = numbersOnly(parseToml(text));
   refuseOthers(data);
   checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   checkLaw(data);
@@ -42,6 +43,7 @@ export function readModel(text: string): Vehicle {
     source: textOf("source", data["source"] ?? "not stated"),
     ...contactOf(readSection("contact", data), theory),
     theory: theory ?? THEORIES[0],
+    memory,
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
     k_hat: 0,
     slope_reduction: 1,
@@ -58,15 +60,22 @@ export function readModel(text: string): Vehicle {
     refuse(`friction: ${problem.replaceAll("_friction", "")}`);
   }
   vehicle.slope_reduction = slopeReductionOf(vehicle, wheelset);
+  try {
+    rollingParameters(vehicle);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    refuse(`contact.${error.message}`);
+  }
   return vehicle;
 }
 
-/** A file's contents, and the only text of [contact], taken out of it. */
-function withoutTheory(data: Table): { data: Table; theory: string | undefined } {
-  if (data["contact"] === undefined) return { data, theory: undefined };
-  const { theory, ...contact } = tableOf("contact", data["contact"]);
+/** A file's contents, and what is no number in [contact], taken out of it. */
+function numbersOnly(data: Table): { data: Table; theory: string | undefined; memory: boolean } {
+  if (data["contact"] === undefined) return { data, theory: undefined, memory: false };
+  const { theory, memory = false, ...contact } = tableOf("contact", data["contact"]);
   if (theory !== undefined) textOf("contact.theory", theory, THEORIES);
-  return { data: { ...data, contact }, theory: theory as string | undefined };
+  if (typeof memory !== "boolean") refuse(`contact.memory = ${shown(memory)} must be true or false`);
+  return { data: { ...data, contact }, theory: theory as string | undefined, memory };
 }
 
 function refuseOthers(data: Table): void {
@@ -155,7 +164,7 @@ export function writeModel(vehicle: Vehicle, normalLoad: number): string {
   const data = {
     name: v.name,
     source: v.source,
-    contact: { ...shape, normal_load, youngs_modulus, poisson_ratio },
+    contact: { ...shape, normal_load, youngs_modulus, poisson_ratio, memory: v.memory },
     ...Object.fromEntries(OF_VEHICLE.map((name) => [name, section(name)])),
   };
   const text = `# In SI units\n${stringify(data)}`;

@@ -73,11 +73,12 @@ const TEXTS = ["name", "source"]; // of a vehicle
 const CHOICES: Readonly<Record<string, readonly string[]>> = {
   contact: ["line", "elliptic"],
   theory: THEORIES,
+  memory: ["false", "true"],
   mode: ["torque", "creep"],
 };
 const LONGEST = 4000; // characters of an address
 
-type Value = number | string | null;
+type Value = number | string | boolean | null;
 
 type Values = Record<string, Value>;
 
@@ -151,7 +152,7 @@ function take(key: string, text: string, values: Values): string | null {
     return `${key} = ${shown(text)} must be one of: ${choices.join(", ")}`;
   }
   if (choices !== null || TEXTS.includes(key)) {
-    values[key] = text;
+    values[key] = typeof values[key] === "boolean" ? text === "true" : text;
   } else if (key === "mass" && text === "none") {
     values[key] = null;
   } else {

@@ -1,6 +1,7 @@
 /* Puts the page together: charts, controls, files, address and keys. */
 
 import { fromAddress, type Settings, toAddress } from "../files/settings";
+import type { Vehicle } from "../physics/vehicle";
 import { App } from "./app";
 import type { View } from "./chart";
 import { choose, chooseLinked, offer, open, save, showChoice, takeGiven } from "./choices";
@@ -46,6 +47,7 @@ export function begin(): App {
     }
     check("mode", mode);
     check("contact", app.settings.vehicle.contact);
+    check("memory", String(app.settings.vehicle.memory));
     find("play").textContent = app.playing ? "Pause" : "Play";
     showPlayback(app.settings.playback);
     showChoice();
@@ -166,9 +168,9 @@ function wire(app: App): void {
         if (input.value === "torque") app.control.drive_torque = app.run.now.drive_torque;
         else app.control.creepage = app.run.now.creepage;
         app.control.mode = input.value as "torque" | "creep";
-      } else {
-        app.change(() => (app.settings.vehicle.contact = input.value as "line" | "elliptic"));
-      }
+      } else if (input.name === "contact") {
+        changeContact(app, { contact: input.value as "line" | "elliptic" });
+      } else changeContact(app, { memory: input.value === "true" });
       app.changed();
     });
   }
@@ -190,6 +192,16 @@ function wire(app: App): void {
     if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
   });
   document.addEventListener("keydown", (event) => key(app, event));
+}
+
+/** Change the contact, or show why it cannot be changed so. */
+function changeContact(app: App, changes: Partial<Vehicle>): void {
+  try {
+    app.change(() => Object.assign(app.settings.vehicle, changes));
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    toast(error.message);
+  }
 }
 
 /** A key that has no other meaning where it was pressed. */

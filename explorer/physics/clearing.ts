@@ -40,7 +40,7 @@ export function clearing(
   const isHeld = rests.some(({ creepage }) => start <= creepage && creepage <= border);
   if (patchFriction >= 1 || isHeld) return survived;
 
-  configureRigid((train ??= new Drivetrain()), plant);
+  configureRigid((train ??= new Drivetrain()), plant, plant.contact);
   const omega = ((1 + start) * speed) / plant.vehicle.radius;
   const held = {
     reference: driveTorque, normal_load: plant.normalLoad, friction_scale: patchFriction,

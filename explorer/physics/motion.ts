@@ -1,5 +1,5 @@
 /** The wheelset on its rail: state, parameters and wet patch in the kernel's drivetrain. */
-import { Drivetrain, type Patch } from "../kernel/kernel";
+import { Drivetrain, type Patch, type Structs } from "../kernel/kernel";
 import { configureRigid, Plant } from "./plant";
 import type { Row, RunEvent } from "./recorder";
 import type { Vehicle } from "./vehicle";
@@ -19,12 +19,14 @@ export class Motion {
 
   /** Take these parameters and this load [N]; the state stays. */
   configure(vehicle: Vehicle, normalLoad: number): void {
+    const remembered = this.plant?.vehicle.memory;
     this.plant = new Plant({ ...vehicle }, normalLoad);
-    configureRigid(this.drivetrain, this.plant);
+    configureRigid(this.drivetrain, this.plant, this.plant.rolling);
     Object.assign(this.drivetrain.input, {
       resistance_force: 0, acceleration: 0, load_left: 0.5 * normalLoad,
       load_right: 0.5 * normalLoad, slope: 1,
     });
+    if (!remembered) this.rollSteadily();
   }
 
   /** Put it at the rail's beginning, with no work done. */
@@ -34,6 +36,23 @@ export class Motion {
     this.placePatch(null);
     this.rims = [0, FASTEST_RIM];
     this.turn(speed, creepage);
+    this.rollSteadily();
+  }
+
+  /** Let contacts with memory remember steady rolling at the present creepage. */
+  private rollSteadily(): void {
+    const out = this.output();
+    Object.assign(this.drivetrain.state, {
+      traction_left: out.steady_left, traction_right: out.steady_right,
+      unslipped_left: out.sticking_left, unslipped_right: out.sticking_right,
+    });
+  }
+
+  /** Output at the state. */
+  private output(): Structs["drivetrain_output"] {
+    const { input } = this.drivetrain, friction = this.onPatch ? this.patch!.friction : 1;
+    input.friction_left = input.friction_right = friction; // a step leaves that of its start
+    return this.drivetrain.output();
   }
 
   /** Move the limits of the rim speed, so that a wheel at one of them goes on from where it is. */
@@ -84,9 +103,8 @@ export class Motion {
   /** The state at a time [s] under a torque [N.m]. */
   row(time: number, drive_torque: number): Row {
     const { input, state: { speed, omega_left: omega } } = this.drivetrain;
-    const { radius, damping } = this.plant.vehicle, friction = this.onPatch ? this.patch!.friction : 1;
-    input.friction_left = input.friction_right = friction; // a step leaves that of its start
-    const out = this.drivetrain.output(), { creepage_left: creepage } = out;
+    const { radius, damping } = this.plant.vehicle;
+    const out = this.output(), { creepage_left: creepage } = out, { friction_left: friction } = input;
     const creep_force = out.creep_force_left + out.creep_force_right;
     const turning = drive_torque - radius * creep_force - damping * omega; // J d(omega)/dt
     const creepage_rate =

@@ -1,7 +1,7 @@
 /** A wheelset under one load: its contact, and the drive torques that hold its creepages. */
 import { type Drivetrain, kernel, type Point, type Structs } from "../kernel/kernel";
 import { demand } from "./limits";
-import { forceParameters, scalesOf, type Vehicle, wheelsetParameters } from "./vehicle";
+import { forceParameters, rollingParameters, scalesOf, type Vehicle, wheelsetParameters } from "./vehicle";
 
 export type { Point } from "../kernel/kernel";
 
@@ -18,7 +18,9 @@ export type Fold = Record<
 
 export class Plant {
   readonly table: number;
+  /** The contact in steady rolling, and as it moves: with its memory, if it has one. */
   readonly contact: Structs["force_element_parameters"];
+  readonly rolling: Structs["force_element_parameters"];
   readonly body: Structs["wheelset_parameters"];
   /** zeta0 at the nominal load and no slip speed [1]. */
   readonly saturation: number;
@@ -28,6 +30,7 @@ export class Plant {
     demand("normalLoad", normalLoad, { above: 0 });
     this.table = kernel.tables[vehicle.contact];
     this.contact = forceParameters(vehicle);
+    this.rolling = rollingParameters(vehicle);
     this.body = wheelsetParameters(vehicle);
     this.saturation = scalesOf(this.contact).saturation_creepage;
   }
@@ -129,8 +132,10 @@ export class Plant {
   }
 }
 
-/** Give a drivetrain with a rigid axle the plant's parameters. */
-export function configureRigid(train: Drivetrain, { table, contact, body }: Plant): void {
+/** Give a drivetrain with a rigid axle the plant's parameters and one of its contacts. */
+export function configureRigid(
+  train: Drivetrain, { table, body }: Plant, contact: Structs["force_element_parameters"],
+): void {
   train.configure(table, contact, {
     ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0,
   });

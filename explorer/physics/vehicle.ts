@@ -3,7 +3,9 @@ import { embeddedData } from "../kernel/embedded";
 import { type Contact, kernel, type Structs } from "../kernel/kernel";
 import type { Sections } from "../kernel/structs";
 
-const { gravity } = embeddedData("declarations") as { gravity: number }; // standard gravity [m/s2]
+// Standard gravity [m/s2], and the least length of a line contact with memory over its semi-width.
+const { gravity, shortest_line: SHORTEST_LINE } =
+  embeddedData("declarations") as Record<"gravity" | "shortest_line", number>;
 
 type Key<Section extends keyof Sections> = Sections[Section];
 
@@ -26,6 +28,8 @@ export interface Vehicle extends Record<VehicleNumber, number> {
   contact: Contact;
   /** Of an ellipse: whether its strips along rolling are coupled. */
   theory: "half_space" | "strips";
+  /** Whether the force of a run depends on what the contact rolled over. */
+  memory: boolean;
   /** Null: the speed is held, as on a roller rig [kg]. */
   mass: number | null;
 }
@@ -80,6 +84,43 @@ export function forceParameters(v: Vehicle): ForceParameters {
   }
   const parameters = weakenedOver(v, 1);
   return { ...parameters, weakening_length: (v.k_hat / scalesOf(parameters).k_hat) ** 2 };
+}
+
+/** The same as the contact moves: with its memory, if it has one. */
+export function rollingParameters(v: Vehicle): ForceParameters {
+  const steady = forceParameters(v);
+  if (!v.memory) return steady;
+  const [length, standing_stiffness] = v.contact === "line" ? memoryOfLine(v)
+    : memoryOfEllipse(v, steady.contact_modulus / contactModulus(v));
+  const { k_hat, layer_ratio } = scalesOf(steady), table = kernel.tables[v.contact];
+  const { slope: initial_slope } = kernel.filled("creep_value", (to) =>
+    kernel.module.creep_table_evaluate(table, 0, k_hat, layer_ratio, to));
+  return { ...steady, relaxation_length: length * v.semi_width, standing_stiffness, initial_slope };
+}
+
+/** Relaxation length over the semi-width, and stiffness at standstill over that of its lag, of an
+ * ellipse whose stiffness along rolling is so many times that of strips. */
+function memoryOfEllipse(v: Vehicle, stiffness: number): [number, number] {
+  const g = v.semi_width / lateralSemiAxis(v), { module } = kernel, nu = v.poisson_ratio;
+  const { longitudinal: length } = kernel.filled("relaxation_lengths", (to) =>
+    module.relaxation_lengths_of(g, nu, to));
+  // Mindlin's problem, with the integrals of cos^2 and sin^2 over sqrt(cos^2 + g^2 sin^2).
+  const cosine = (g * g * module.hertz_integral(g, 1)) / 3, sine = module.hertz_integral(1, g) / 3;
+  const standing = (3 * (1 - nu)) / (cosine + (1 - nu) * sine);
+  return [length, (standing * length) / (0.75 * Math.PI * stiffness)];
+}
+
+/** The same of a line contact, by the equations of contactlib/laws/relaxation.py. */
+function memoryOfLine(v: Vehicle): [number, number] {
+  const length = (4 / 3) * (lateralSemiAxis(v) / v.semi_width), nu = v.poisson_ratio;
+  if (length < SHORTEST_LINE) {
+    throw new RangeError(`memory = true needs a line contact of at least ${SHORTEST_LINE} ` +
+      `semi-widths: this one has ${length.toPrecision(3)}`);
+  }
+  const lag = Math.log(4 * length) - 1.5 + nu / (1 - nu);
+  const share = (8 * (1 - 2 * nu)) / (Math.PI ** 2 * (1 - nu) * length);
+  const whole = lag + share * (lag + 5 / 3);
+  return [whole, whole / (lag + 0.5)];
 }
 
 /** Parameters of the kernel's equations of motion. */

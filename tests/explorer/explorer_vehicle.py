@@ -28,7 +28,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     contact, friction = element.contact, element.friction
     own: tuple[tuple[Any, str], ...] = (
         (contact, "semi_width peak_pressure"),
-        (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed"),
+        (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed memory"),
         (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
         (wheelset, "radius inertia mass damping"),
         (resistance, "constant linear quadratic grade"),
@@ -100,6 +100,12 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
             grade=float(rng.uniform(-0.01, 0.01)),
         ),
     )
+
+
+def with_memory(wheelset: cl.Wheelset) -> cl.Wheelset:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RangeWarning)
+        return replace(wheelset, element=replace(wheelset.element, memory=True))
 
 
 def _fall(rng: np.random.Generator) -> dict[str, float]:

@@ -128,6 +128,7 @@ def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
         ('name = "x"\n', "contact is missing"),
         (RIG.replace("inertia = 250.0", "inertia = -1.0"), "wheelset.inertia = -1.0 is out"),
         (RIG + '[law]\nkind = "cohesive"\n', "law.kind = 'cohesive': the page shows"),
+        (RIG.replace('"5 mm"', '"6 mm"\nmemory = true'), "length/semi_width = 2.8"),
         (RIG + '[law]\nkind = "rubber"\n', "law.kind = 'rubber'"),
         (RIG + "[law]\nkind = 5\n", "law.kind = 5"),
         ("law = 5\n" + RIG, "law = 5 must be a section"),

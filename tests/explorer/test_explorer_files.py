@@ -141,6 +141,8 @@ ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
     {"wheelset": {"saturation_creepage": None, "slope_reduction": 0.4, "mass": "12 t"}},
     {"resistance": {"constant": "1.8 kN", "grade": "-1 %"}, "run": {"initial_speed": "72 km/h"}},
     {"law": {"kind": "carter_griffith"}},
+    {"contact": {"memory": True}},
+    {"contact": {**ELLIPTIC[1], "semi_width": None, "radius": None, "memory": True}},
 ]
 
 
@@ -256,6 +258,7 @@ WRONG: dict[str, tuple[str, str]] = {
     "name": (toml({**RIG, "name": 5}), "name = 5"),
     "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
     "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
+    "memory": (toml(changed("contact.memory", 1.0)), "contact.memory = 1 must be true or false"),
     "friction rises": (
         toml(changed("friction.static", 0.2)),
         "friction: static = 0.2, kinetic = 0.21",
@@ -297,6 +300,12 @@ def test_other_files_are_named(page: ExplorerPage) -> None:
     assert long == "the file has 1000001 characters: must be <= 1000000"
 
 
+def test_memory_of_a_short_line_contact_is_refused(page: ExplorerPage) -> None:
+    short = with_sections({"contact": {"memory": True, "semi_width": "6 mm"}})
+    expected = "contact.memory = true needs a line contact of at least 4 semi-widths: "
+    assert refusals(page, short) == [expected + "this one has 2.82"]
+
+
 def test_page_finds_the_model_that_the_command_gave_it(page: ExplorerPage, tmp_path: Path) -> None:
     assert call(page, "givenModel") is None
     path = cl.export.write_explorer(tmp_path / "page.html", "locomotive.toml")
@@ -336,6 +345,7 @@ def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[st
     vehicle["wheels"] = pick(rng, [1, 2, 6])
     vehicle["minimum_speed"] = pick(rng, [0.1, 1e-7])
     vehicle["contact"] = pick(rng, ["line", "elliptic"])
+    vehicle["memory"] = pick(rng, [False, True])
     vehicle["mass"] = pick(rng, [None, rng.uniform(1e3, 1e5)])
     vehicle["name"] = pick(rng, ["x & y = z", "\u00e9 \U0001f682 <b>#%25", vehicle["name"]])
     control["mode"] = pick(rng, ["torque", "creep"])
@@ -374,6 +384,7 @@ UNUSABLE = {
     "#peak_pressure=1e-300": ["peak_pressure = 1e-300", ">= 1000000"],
     "#mass=1e-300": ["mass = 1e-300", ">= 1"],
     "#mode=rocket": ["mode", "rocket", "torque, creep"],
+    "#memory=1": ["memory", "false, true"],
     "#mass=some": ["mass", "some", "not a number"],
     "#static_friction=0.1": ["static_friction = 0.1", "kinetic_friction"],
     "#static_friction=0.21": ["k_hat = 0.3", "static_friction = 0.21"],

@@ -165,6 +165,29 @@ def test_the_page_reports_what_a_patch_will_do(visitor: Visitor) -> None:
     assert "survives a patch of any length" in visitor.text("clearing")
 
 
+# ---- memory ---------------------------------------------------------------------------------
+
+
+def test_memory_is_switched_on_where_the_contact_can_have_it(visitor: Visitor) -> None:
+    LOCOMOTIVE.set_up(visitor)
+    visitor.look()
+    clearing, numbers = visitor.text("clearing"), visitor.numbers()
+    visitor.check("Memory")
+    visitor.look()
+    assert (visitor.text("clearing"), visitor.numbers()) == (clearing, numbers)
+    visitor.press("Play")
+    visitor.wait(1000)
+    assert "memory=true" in visitor.call("() => location.href")
+    visitor.page.get_by_role("radio", name="Line", exact=True).click(force=True)  # it stays off
+    assert "needs a line contact of at least 4 semi-widths" in visitor.toast()
+    assert visitor.page.get_by_role("radio", name="Ellipse").is_checked()
+    visitor.enter(torque=28.0)
+    assert "slip_away" in visitor.simulate(5.0, until="slip_away").names
+    visitor.check("No memory")
+    visitor.check("Line")
+    assert visitor.state("settings.vehicle.contact") == "line"
+
+
 # ---- numbers --------------------------------------------------------------------------------
 
 

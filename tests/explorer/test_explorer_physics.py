@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage
-from explorer_vehicle import SAMPLE, changed, random_wheelset, vehicle_of
+from explorer_vehicle import SAMPLE, changed, random_wheelset, vehicle_of, with_memory
 from numpy.testing import assert_allclose
 
 import contactlib as cl
@@ -115,6 +115,21 @@ def test_parameters_and_steady_creep_are_those_of_python(
     folds = [its["fold"] for its in found]
     assert 5 < folds.count(None) < len(folds) - 5
     assert sum(fold is not None and math.isfinite(fold["return_creepage"]) for fold in folds) > 3
+
+
+def test_memory_is_that_of_python(page: ExplorerPage, places: list[Place]) -> None:
+    remembering = [at._replace(wheelset=with_memory(at.wheelset)) for at in places]
+    found = call(page, remembering, "(plant) => plant.rolling")
+    for at, its in zip(remembering, found, strict=True):
+        contact = at.wheelset.element.contact
+        if isinstance(contact, cl.LineContact) and contact.length < 4.0 * contact.semi_width:
+            assert "needs a line contact" in its
+            continue
+        expected = at.wheelset.element.rolling_parameters
+        assert expected["relaxation_length"] > 0.0
+        assert {key: its[key] for key in expected} == pytest.approx(expected, rel=1e-12)
+    assert {type(its) for its in found} == {str, dict}
+    assert {its["elliptic"] for its in found if isinstance(its, dict)} == {0.0, 1.0}
 
 
 # ---- gains and delays -----------------------------------------------------------------------

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage, Found
-from explorer_vehicle import SAMPLE, SPEED, fold_of, vehicle_of
+from explorer_vehicle import SAMPLE, SPEED, changed, fold_of, vehicle_of, with_memory
 from numpy.testing import assert_allclose
+from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib import stability
@@ -54,6 +55,7 @@ def drive(
     *steps: Any,
     fold: float | None = None,
     interval: float = 2e-3,
+    speed: float = SPEED,
     **changes: Any,
 ) -> Found:
     """A run under a control, with what is done one after another.
@@ -64,7 +66,7 @@ def drive(
     given = {
         "vehicle": vehicle_of(wheelset) | changes,
         "load": wheelset.element.normal_load,
-        "speed": SPEED,
+        "speed": speed,
         "control": control,
         "fold": fold,
         "interval": interval,
@@ -99,6 +101,44 @@ def test_a_slow_ramp_slips_away_where_python_s_does(
     for name in ("distance", "drive_work", "creep_work", "loss_work"):
         assert run.state[name] == pytest.approx(other[name][-1], rel=1e-5), name
     assert run.stopped is None
+
+
+@pytest.mark.parametrize("ellipse", [False, True])
+def test_a_run_with_memory_is_python_s(page: ExplorerPage, rig: cl.Model, ellipse: bool) -> None:
+    """A slow wheel meets a wet rail, and slips away within few lengths of its contact."""
+    steady = changed(rig.wheelset, {}, ellipse)
+    wheelset = with_memory(steady)
+    speed, begins, duration = 1.0, 0.1, 0.15
+    torque = 0.9 * fold_of(wheelset, speed).drive_torque
+    given = {"drive_torque": torque}, ["placePatch", 0.5, 1.0, begins], duration
+    run, without = (drive(page, each, *given, speed=speed) for each in (wheelset, steady))
+    wet = cl.Profile((begins - 1e-9,) * 2, (1.0, 0.5))  # friction is held from a row on
+    case = plain_scenario(
+        wheelset,
+        demand=cl.Profile.of(torque),
+        held_speed=cl.Profile.of(speed),
+        initial_speed=speed,
+        duration=duration,
+        track=cl.Track(friction_left=wet, friction_right=wet),
+    )
+    other = cl.run_scenario(case, "open_loop", step=2e-3)
+    for name in ("creepage", "creep_force"):
+        assert_allclose(run[name], np.interp(run["time"], other.time, other[name]), rtol=2e-4)
+    assert run["creepage"][-1] > 1.0
+    expected = np.interp(run["time"], without["time"], without["creepage"])
+    assert np.abs(run["creepage"] / expected - 1.0).max() > 0.05
+
+
+def test_memory_begins_with_steady_rolling(page: ExplorerPage, rig: cl.Model) -> None:
+    """When it is switched on; then a kick finds the force as it was."""
+    remembering = vehicle_of(rig.wheelset) | {"memory": True}
+    on = ["configure", remembering, rig.wheelset.element.normal_load]
+    run = drive(page, rig.wheelset, {"drive_torque": 2e4}, 0.01, on, 0.01, ["kick", 0.01], 0.01)
+    _, kicked = (int(i) for i in np.flatnonzero(np.diff(run["time"]) == 0.0))
+    force = run["creep_force"]
+    assert_allclose(force[: kicked + 2], force[0], rtol=1e-9)
+    assert run["creepage"][kicked + 1] > run["creepage"][kicked] + 0.009
+    assert abs(force[kicked + 2] / force[kicked] - 1.0) > 0.05
 
 
 def reference_path(start: float, end: float, saturation: float) -> cl.Profile:
