@@ -120,6 +120,8 @@ class Wheelset(Parameters):
 
     def without_memory(self) -> Wheelset:
         """Return this wheelset with contacts that always have the force of steady rolling."""
+        if not self.element.memory:
+            return self  # a new element would warn of its ranges again
         return replace(self, element=replace(self.element, memory=False))
 
     def conditions(
