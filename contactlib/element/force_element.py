@@ -286,9 +286,10 @@ class ForceElement(Parameters):
     def memory_parameters(self) -> dict[str, float]:
         """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`."""
         contact = self.contact
-        length = float(contact.relaxation_lengths.longitudinal) * contact.semi_width
+        lengths = contact.relaxation_lengths
         return {
-            "relaxation_length": length,
+            "relaxation_length": float(lengths.longitudinal) * contact.semi_width,
+            "lateral_relaxation_length": float(lengths.lateral) * contact.semi_width,
             "standing_stiffness": contact.standing_stiffness,
             "initial_slope": float(self.table.slope(0.0, self.k_hat, self.layer_ratio)),
         }

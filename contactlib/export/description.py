@@ -26,7 +26,9 @@ MODEL_NAMES = {
     "wheelset_body": "WheelsetBody",
     "creep_forces": "CreepForces",
 }
-MEMORY = ("relaxation_length", "standing_stiffness", "initial_slope")  # of a contact with memory
+MEMORY = (  # of a contact with memory
+    *("relaxation_length", "lateral_relaxation_length", "standing_stiffness", "initial_slope"),
+)
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
 UNLIMITED = 1e300  # the kernel's limit for numbers without one
@@ -256,6 +258,7 @@ class Description:
             "creepage_y": 0.0,
             "spin": 0.0,
             "held_traction": 0.0,
+            "held_lateral": 0.0,
             "unslipped": 1.0,
             "effective_inverse_mass": self.effective_inverse_mass,
             "implicit": float(self.implicit),
@@ -330,6 +333,7 @@ class Description:
             "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
             "held_traction": 1.0,
+            "held_lateral": 1.0,
             "unslipped": 1.0,
             "normal_load": load,
             "creep_force": force,

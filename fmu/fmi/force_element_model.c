@@ -136,7 +136,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
                             v->input.lateral_velocity,
                             v->input.spin_velocity};
     wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
-                            v->input.held_traction, v->input.unslipped};
+                            v->input.held_traction, v->input.held_lateral, v->input.unslipped};
     double begin = radius * state.omega - state.speed;
     const char *error =
         wheelset_advance(table, contact, &body, &given, &state, step, &tolerance, &v->substep);
@@ -162,6 +162,7 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
     force_element_input last = v->input;
     last.omega = state.omega;
     last.held_traction = v->input.held_traction = state.held_traction;
+    last.held_lateral = v->input.held_lateral = state.held_lateral;
     last.unslipped = v->input.unslipped = state.unslipped;
     force_element_evaluate(table, contact, &last, &v->output);
     v->memory = memory;
@@ -181,7 +182,7 @@ static void remember(const creep_table *table, model_values *v, double step) {
         rolling.effective_inverse_mass =
             fmin(v->effective_inverse_mass, followed_inverse_mass(&memory));
         rolling.input.omega = v->input.speed / v->contact.radius;
-        rolling.input.held_traction = 0.0;
+        rolling.input.held_traction = rolling.input.held_lateral = 0.0;
         rolling.input.unslipped = 1.0;
         evaluate_force(table, &rolling);
         double longest = 2.0 * rolling.step_size_hint;

@@ -1,6 +1,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "memory.h"
 #include "model_functions.h"
 #include "simd_math.h"
 
@@ -51,6 +52,8 @@ const char TRUTH[] = "Boolean";
           contact.minimum_speed), \
     {"relaxation_length", "m", "distance rolled by which small creepages lead the force", 1e-6, \
      1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_REMEMBERING}, \
+    {"lateral_relaxation_length", "m", "the same of the lateral force", 1e-6, 1e3, \
+     AT(contact.lateral_relaxation_length), FIXED_PARAMETER, IF_REMEMBERING}, \
     {"standing_stiffness", "1", "stiffness at standstill over that of rolling that far", 0.1, 10.0, \
      AT(contact.standing_stiffness), FIXED_PARAMETER, IF_REMEMBERING}, \
     {"initial_slope", "1", "initial slope of the force law in normalized creepage", 1e-3, 1e3, \
@@ -132,12 +135,16 @@ const char TRUTH[] = "Boolean";
 #define MEMORY \
     {"held_traction", "1", "creep force over normal load", -1e3, 1e3, AT(input.held_traction), STATE, \
      IF_REMEMBERING}, \
+    {"held_lateral", "1", "lateral force over normal load", -1e3, 1e3, AT(input.held_lateral), STATE, \
+     IF_REMEMBERING}, \
     {"unslipped", "1", "part of the contact that has not slipped since it entered", -0.1, 1.1, \
      AT(input.unslipped), STATE, IF_REMEMBERING}
 
 #define MEMORY_RATES \
     {"der(held_traction)", "1/s", "rate of change of the held traction", -LARGE, LARGE, \
      AT(output.traction_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(held_lateral)", "1/s", "rate of change of the held lateral force", -LARGE, LARGE, \
+     AT(output.lateral_rate), DERIVATIVE, IF_REMEMBERING}, \
     {"der(unslipped)", "1/s", "rate of change of the unslipped part", -LARGE, LARGE, \
      AT(output.unslipped_rate), DERIVATIVE, IF_REMEMBERING}
 
@@ -322,7 +329,7 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     double longest = remembering ? 0.01 * p->relaxation_length / fabs(v.input.speed) : INFINITY;
     if (!m->has_contact || v.body.inertia == 0.0) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
-    v.input.held_traction = 0.0;
+    v.input.held_traction = v.input.held_lateral = 0.0;
     v.input.unslipped = 1.0;
     m->evaluate(table, &v);
     double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
@@ -364,13 +371,15 @@ static double magnitude(const model *m, const model_values *values, const model_
     if (m->has_contact) {
         double zeta0 = values->output.saturation_creepage;
         if (zeta0 == 0.0) zeta0 = 1e-3; /* without load */
-        regularized_speed(in->speed, p->minimum_speed, &reference, &slope);
+        regularized_speed(in->speed, slowest_speed(p), &reference, &slope);
         double slip = fabs(p->radius * in->omega - in->speed) + zeta0 * reference;
         if (of == AT(contact.radius)) return fmin(size, slip / fabs(in->omega));
         if (of == AT(input.omega)) return slip / p->radius;
-        if (of == AT(input.speed) || of == AT(input.lateral_velocity)) return slip;
+        if (of == AT(input.speed)) return fmin(slip, reference);
+        if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
-        if (of == AT(input.held_traction)) return size + 0.01 * p->kinetic_friction;
+        if (of == AT(input.held_traction) || of == AT(input.held_lateral))
+            return size + 0.01 * p->kinetic_friction;
         /* Without load or friction it stays so. */
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
         if (of == AT(input.friction_scale) && size == 0.0) return MIN_FRICTION_SCALE;

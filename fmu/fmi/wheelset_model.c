@@ -54,6 +54,7 @@ static const char *advance_states(const creep_table *table, const force_element_
     wheelset_state state = {.omega = v->input.omega,
                             .speed = v->input.speed,
                             .held_traction = v->input.held_traction,
+                            .held_lateral = v->input.held_lateral,
                             .unslipped = v->input.unslipped};
     const char *error =
         wheelset_advance(table, contact, &body, held, &state, step, &tolerance, &v->substep);
@@ -62,6 +63,7 @@ static const char *advance_states(const creep_table *table, const force_element_
     v->input.omega = state.omega;
     v->input.speed = state.speed;
     v->input.held_traction = state.held_traction;
+    v->input.held_lateral = state.held_lateral;
     v->input.unslipped = state.unslipped;
     return NULL;
 }

@@ -24,9 +24,10 @@ typedef struct {
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
     double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line; for T */
-    double relaxation_length;  /* sigma of small creepages at nominal load [m]; 0 without memory */
-    double standing_stiffness; /* kappa of a contact with memory, see memory.h [1] */
-    double initial_slope;      /* S0 of its law in normalized creepage [1] */
+    double relaxation_length; /* sigma of small creepages at nominal load [m]; 0 without memory */
+    double lateral_relaxation_length; /* the same across rolling [m] */
+    double standing_stiffness;        /* kappa of a contact with memory, see memory.h [1] */
+    double initial_slope;             /* S0 of its law in normalized creepage [1] */
 } force_element_parameters;
 
 typedef struct {
@@ -35,6 +36,7 @@ typedef struct {
     double normal_load;      /* a negative load counts as zero [N] */
     double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
     double held_traction;    /* states of a contact with memory: creep force over load [1] */
+    double held_lateral;     /* lateral force over load [1] */
     double unslipped;        /* part of it that has not slipped since it entered [1] */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
@@ -56,6 +58,7 @@ typedef struct {
     double steady_traction;      /* creep force over load in steady rolling [1] */
     double sticking;          /* part of a contact with memory that sticks in steady rolling [1] */
     double traction_rate;     /* d(held traction)/dt [1/s] */
+    double lateral_rate;      /* d(held lateral)/dt [1/s] */
     double unslipped_rate;    /* d(unslipped)/dt [1/s] */
     double falling_branch;    /* 1 if the steady force falls with creepage at fixed speed */
     double speed_regularized; /* 1 if |speed| < minimum_speed, without memory */
@@ -73,14 +76,13 @@ typedef struct {
     double force_by_traction; /* [N] */
     double creepage_by_omega; /* partial derivatives of the creepage [s] */
     double creepage_by_speed; /* [s/m] */
-    double traction_by_omega; /* partial derivatives of the traction rate [1] */
-    double traction_by_speed; /* [1/m] */
-    double traction_by_traction; /* [1/s] */
-    double traction_by_unslipped;
-    double unslipped_by_omega;    /* and of the unslipped rate [1] */
-    double unslipped_by_speed;    /* [1/m] */
-    double unslipped_by_traction; /* [1/s] */
-    double unslipped_by_unslipped;
+    /* Partial derivatives of the three rates by omega [1], speed [1/m], and the states [1/s]. */
+    double traction_by_omega, traction_by_speed, traction_by_traction, traction_by_lateral,
+        traction_by_unslipped;
+    double lateral_by_omega, lateral_by_speed, lateral_by_traction, lateral_by_lateral,
+        lateral_by_unslipped;
+    double unslipped_by_omega, unslipped_by_speed, unslipped_by_traction, unslipped_by_lateral,
+        unslipped_by_unslipped;
 } force_element_output;
 
 /* A smaller friction scale counts as zero: the scales of its contact would overflow. */
@@ -133,7 +135,7 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 force_element_output *output);
 
 /* Exact changes of the output's members from the creep force to the traction coefficient, and of
- * both rates of the memory, when the input changes along a direction; output must belong to it. */
+ * the rates of the memory, when the input changes along a direction; output must belong to it. */
 CONTACTLIB_API void force_element_tangent(const creep_table *table,
                                           const force_element_parameters *parameters,
                                           const force_element_input *input,

@@ -42,6 +42,7 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     there.semi_width *= growth;
     there.peak_pressure *= growth;
     there.relaxation_length *= growth;
+    there.lateral_relaxation_length *= growth;
     there.nominal_load = load;
     return there;
 }
@@ -241,8 +242,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     force_state at;
     double k_max = table->one_axis ? INFINITY : table->k_max;
     at.slip = slip_of(p, in);
-    double slowest = remembers(p) ? STANDSTILL : p->minimum_speed;
-    regularized_speed(in->speed, slowest, &at.reference, &at.speed_slope);
+    regularized_speed(in->speed, slowest_speed(p), &at.reference, &at.speed_slope);
     at.inverse_speed = 1.0 / at.reference;
     at.creepage = at.slip * at.inverse_speed;
     at.log_g_by_rolling = fall->by_slip * along + fall->by_rolling;
@@ -351,103 +351,157 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->force_by_speed =
         per_creepage * q.slope * out->creepage_by_speed + sliding * (by_log_g * at->log_g_by_speed);
     out->steady_traction = out->traction_coefficient;
-    out->sticking = out->traction_rate = out->unslipped_rate = 0.0;
-    out->force_by_traction = 0.0;
-    out->traction_by_omega = out->traction_by_speed = 0.0;
-    out->traction_by_traction = out->traction_by_unslipped = 0.0;
-    out->unslipped_by_omega = out->unslipped_by_speed = 0.0;
-    out->unslipped_by_traction = out->unslipped_by_unslipped = 0.0;
+    out->sticking = out->force_by_traction = 0.0;
+    out->traction_rate = out->lateral_rate = out->unslipped_rate = 0.0;
+    memset(&out->traction_by_omega, 0, 15 * sizeof(double));
 }
 
-/* Flow of the memory at a steady state, and what its arguments are. */
+/* Flow of the memory at a steady state, and what its arguments are. Vectors have components along
+ * and across rolling. */
 typedef struct {
     memory_flow flow;
-    double sign, x, ratio, weakening, q, pace;
+    double creepage[2], size; /* normalized creepages without spin, and their magnitude */
+    double force[2], ratio;   /* steady forces over f_d P, and their magnitude */
+    double direction[2];      /* of the steady force */
+    double q[2], target[2],
+        place[2]; /* held forces over f_d, what they tend to, sigma over theirs */
+    double along; /* q in the direction of the steady force */
+    double weakening, pace;
+    int slow, weak; /* creepage or force are too small to have a direction */
 } memory_place;
+
+ALWAYS_INLINE double magnitude_of(const double v[2]) {
+    return v[1] == 0.0 ? fabs(v[0]) : sqrt(v[0] * v[0] + v[1] * v[1]);
+}
 
 ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
                                      const force_element_input *in, const force_state *at,
-                                     double steady_traction) {
+                                     double across, const double force[2]) {
     const double tiny = 1e-6; /* normalized creepage below which the flow has its limit at zero */
+    double least = p->initial_slope * tiny;
     memory_place m;
-    double along = steady_traction == 0.0 ? at->x : steady_traction, size = fabs(at->x);
-    m.sign = along < 0.0 ? -1.0 : 1.0;
-    double ratio = m.sign * steady_traction / at->kinetic;
-    int still = size < tiny;
-    m.x = still ? tiny : size;
-    m.ratio = still ? p->initial_slope * tiny : ratio;
+    m.creepage[0] = at->x;
+    m.creepage[1] = across;
+    m.size = magnitude_of(m.creepage);
+    m.ratio = magnitude_of(force);
+    m.slow = m.size < tiny;
+    m.weak = m.ratio < least;
+    m.direction[0] = m.ratio > 0.0 ? force[0] / m.ratio : at->x < 0.0 ? -1.0 : 1.0;
+    m.direction[1] = m.ratio > 0.0 ? force[1] / m.ratio : 0.0;
+    m.q[0] = in->held_traction / at->kinetic;
+    m.q[1] = in->held_lateral / at->kinetic;
+    m.along = m.q[0] * m.direction[0] + m.q[1] * m.direction[1];
+    m.place[0] = 1.0;
+    m.place[1] = p->relaxation_length / p->lateral_relaxation_length;
     m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
-    m.q = m.sign * in->held_traction / at->kinetic;
     m.pace = at->reference / p->relaxation_length; /* at rest the slip alone loads the contact */
-    m.flow = memory_flow_at(p, m.x, m.ratio, at->k_hat, m.weakening, m.q, in->unslipped, m.pace);
-    if (still) {
-        double *by = m.flow.by[0], fast = m.flow.per_length * m.pace, gap = ratio - m.q;
-        double of_limit = m.flow.rate[0], by_length = by[BY_TRACTION] + fast;
-        m.flow.rate[0] = fast * gap;
-        memset(by, 0, sizeof m.flow.by[0]);
-        by[BY_RATIO] = fast;
-        by[BY_TRACTION] = -fast;
-        if (fabs(m.q) > 1e-3) by[BY_TRACTION] += by_length * m.flow.rate[0] / of_limit;
-        by[BY_PACE] = m.flow.per_length * gap;
+    m.flow = memory_flow_at(p, larger(m.size, tiny), larger(m.ratio, least), at->k_hat, m.weakening,
+                            m.along, in->unslipped, m.pace);
+    for (int i = 0; i < 2; i++) {
+        m.force[i] = force[i];
+        m.target[i] = m.weak ? force[i] : m.flow.strength * m.direction[i];
     }
     return m;
 }
 
-/* Changes of the two rates as the arguments change, log_g being that of ln(f_d). */
-ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
-                                 const double change[MEMORY_ARGUMENTS], double log_g,
-                                 double rate[2]) {
-    for (int i = 0; i < 2; i++) {
-        rate[i] = 0.0;
-        for (int k = 0; k < MEMORY_ARGUMENTS; k++) rate[i] += m->flow.by[i][k] * change[k];
-    }
-    rate[0] = m->sign * at->kinetic * (rate[0] + m->flow.rate[0] * log_g);
+/* Rates of the held forces [1/s]. */
+ALWAYS_INLINE double held_rate(const memory_place *m, const force_state *at, int i) {
+    return at->kinetic * m->place[i] * m->flow.fast * (m->target[i] - m->q[i]);
 }
 
-/* Replace the steady force by that of a contact with memory; parameters are those at the load. */
-ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_element_input *in,
-                                 const force_state *at, force_element_output *out) {
-    memory_place m = memory_at(p, in, at, out->steady_traction);
-    double load = in->normal_load, kinetic = at->kinetic, per_force = 1.0 / (kinetic * load);
-    double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5, steady = out->steady_traction;
-    double direction = at->x < 0.0 ? -1.0 : 1.0;
-    double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
-    double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
-    double force[2] = {out->force_by_omega, out->force_by_speed};
-    double rate[4][2];
-    for (int i = 0; i < 4; i++) {
-        double change[MEMORY_ARGUMENTS] = {0.0};
-        double g = i < 2 ? log_g[i & 1] : 0.0;
-        if (i < 2) {
-            change[BY_X] = direction * (creepage[i] * at->inverse_saturation - at->x * g);
-            change[BY_RATIO] = m.sign * (force[i] * per_force - steady / kinetic * g);
-            change[BY_K] = at->k_hat * log_k * g;
-            change[BY_WEAKENING] = -m.weakening * g;
-            change[BY_TRACTION] = -m.q * g;
-        }
-        if (i == 1) change[BY_PACE] = at->speed_slope / p->relaxation_length;
-        if (i == 2) change[BY_TRACTION] = m.sign / kinetic;
-        if (i == 3) change[BY_UNSLIPPED] = 1.0;
-        memory_change(&m, at, change, g, rate[i]);
-    }
-    out->sticking = m.flow.sticking;
-    out->traction_rate = m.sign * kinetic * m.flow.rate[0];
-    out->unslipped_rate = m.flow.rate[1];
-    out->traction_by_omega = rate[0][0];
-    out->unslipped_by_omega = rate[0][1];
-    out->traction_by_speed = rate[1][0];
-    out->unslipped_by_speed = rate[1][1];
-    out->traction_by_traction = rate[2][0];
-    out->unslipped_by_traction = rate[2][1];
-    out->traction_by_unslipped = rate[3][0];
-    out->unslipped_by_unslipped = rate[3][1];
+/* A direction in which the memory's arguments change; log_g is the change of ln(f_d). */
+typedef struct {
+    double creepage[2], force[2], held[2], unslipped, k_hat, weakening, pace, log_g;
+} memory_direction;
 
+ALWAYS_INLINE double change_along(const memory_gradient by, const memory_gradient change) {
+    double sum = 0.0;
+    for (int k = 0; k < MEMORY_ARGUMENTS; k++) sum += by[k] * change[k];
+    return sum;
+}
+
+/* Changes of the rates of both held forces and of the unslipped part. */
+ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
+                                 const memory_direction *d, double rate[3]) {
+    double turn[2], dq[2], per_size = m->slow ? 0.0 : 1.0 / m->size;
+    double dratio = m->direction[0] * d->force[0] + m->direction[1] * d->force[1];
+    memory_gradient change;
+    change[BY_X] = (m->creepage[0] * d->creepage[0] + m->creepage[1] * d->creepage[1]) * per_size;
+    change[BY_RATIO] = m->weak ? 0.0 : dratio;
+    change[BY_K] = d->k_hat;
+    change[BY_WEAKENING] = d->weakening;
+    change[BY_TRACTION] = 0.0;
+    change[BY_UNSLIPPED] = d->unslipped;
+    change[BY_PACE] = d->pace;
+    for (int i = 0; i < 2; i++) {
+        dq[i] = d->held[i] / at->kinetic - m->q[i] * d->log_g;
+        turn[i] = m->weak ? 0.0 : (d->force[i] - m->direction[i] * dratio) / m->ratio;
+        change[BY_TRACTION] += m->direction[i] * dq[i] + m->q[i] * turn[i];
+    }
+    double dstrength = change_along(m->flow.strength_by, change);
+    double dfast = change_along(m->flow.fast_by, change) + m->flow.fast * d->log_g;
+    for (int i = 0; i < 2; i++) {
+        double dtarget =
+            m->weak ? d->force[i] : dstrength * m->direction[i] + m->flow.strength * turn[i];
+        rate[i] = at->kinetic * m->place[i] *
+                  (dfast * (m->target[i] - m->q[i]) + m->flow.fast * (dtarget - dq[i]));
+    }
+    rate[2] = change_along(m->flow.rate_by, change);
+}
+
+/* Replace the steady forces by those of a contact with memory. */
+ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_element_input *in,
+                               const force_state *at, const memory_place *m,
+                               force_element_output *out) {
+    double load = in->normal_load;
+    out->sticking = m->flow.sticking;
+    out->traction_rate = held_rate(m, at, 0);
+    out->lateral_rate = held_rate(m, at, 1);
+    out->unslipped_rate = m->flow.rate;
     out->traction_coefficient = in->held_traction;
     out->creep_force = load * in->held_traction;
+    out->lateral_force = load * in->held_lateral;
     out->wheel_torque = -p->radius * out->creep_force;
     out->force_by_load = in->held_traction;
     out->force_by_traction = load;
     out->force_by_omega = out->force_by_speed = 0.0;
+}
+
+/* Set the changes of the rates by one of the states omega, speed, held_traction, held_lateral and
+ * unslipped. */
+ALWAYS_INLINE void set_rates_by(int state, const double rate[3], force_element_output *out) {
+    double *by = &out->traction_by_omega;
+    for (int i = 0; i < 3; i++) by[5 * i + state] = rate[i];
+}
+
+/* The memory without lateral slip and spin; parameters are those at the load. */
+ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_element_input *in,
+                                 const force_state *at, force_element_output *out) {
+    double per_force = 1.0 / (at->kinetic * in->normal_load);
+    double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5;
+    double steady[2] = {out->steady_traction / at->kinetic, 0.0};
+    double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
+    double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
+    double force[2] = {out->force_by_omega, out->force_by_speed};
+    memory_place m = memory_at(p, in, at, 0.0, steady);
+    for (int i = 0; i < 5; i++) {
+        memory_direction d;
+        double rate[3];
+        memset(&d, 0, sizeof d);
+        if (i < 2) {
+            d.log_g = log_g[i];
+            d.creepage[0] = creepage[i] * at->inverse_saturation - at->x * d.log_g;
+            d.force[0] = force[i] * per_force - steady[0] * d.log_g;
+            d.k_hat = at->k_hat * log_k * d.log_g;
+            d.weakening = -m.weakening * d.log_g;
+        }
+        if (i == 1) d.pace = at->speed_slope / p->relaxation_length;
+        if (i == 2 || i == 3) d.held[i - 2] = 1.0;
+        if (i == 4) d.unslipped = 1.0;
+        memory_change(&m, at, &d, rate);
+        set_rates_by(i, rate, out);
+    }
+    hold_forces(p, in, at, &m, out);
 }
 
 /* Without load or friction the memory fades with the distance that the surfaces move. */
@@ -456,14 +510,15 @@ ALWAYS_INLINE void fade_memory(const force_element_parameters *p, const force_el
     double per = 1.0 / p->relaxation_length, turn = copysign(per, at->slip);
     double pace = (fabs(at->slip) + at->reference) * per;
     double by_omega = p->radius * turn, by_speed = at->speed_slope * per - turn;
-    double missing = 1.0 - in->unslipped;
-    out->traction_rate = -pace * in->held_traction;
-    out->unslipped_rate = pace * missing;
-    out->traction_by_omega = -by_omega * in->held_traction;
-    out->traction_by_speed = -by_speed * in->held_traction;
-    out->traction_by_traction = out->unslipped_by_unslipped = -pace;
-    out->unslipped_by_omega = by_omega * missing;
-    out->unslipped_by_speed = by_speed * missing;
+    double left[3] = {-in->held_traction, -in->held_lateral, 1.0 - in->unslipped};
+    double *rate = &out->traction_rate, *by = &out->traction_by_omega;
+    memset(by, 0, 15 * sizeof(double));
+    for (int i = 0; i < 3; i++, by += 5) {
+        rate[i] = pace * left[i];
+        by[0] = by_omega * left[i];
+        by[1] = by_speed * left[i];
+        by[2 + i] = -pace;
+    }
 }
 
 /* g has a kink at zero slip; the force has none, as it is zero there. */

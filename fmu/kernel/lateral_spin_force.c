@@ -30,6 +30,76 @@ static double turn_with_speed(const force_element_input *in, const lateral_spin_
                                          (s->at.inverse_speed + direction_at(in, s) * slower);
 }
 
+/* Changes of an input's forces over their scales, and of what else they depend on. */
+typedef struct {
+    double force[3], creepage[3]; /* creepages at constant friction */
+    double log_load, log_width, log_kinetic, slower;
+} lateral_spin_change;
+
+static lateral_spin_change change_of_forces(const force_element_parameters *there, double spread,
+                                            const force_element_input *in,
+                                            const force_element_output *out,
+                                            const lateral_spin_force *s,
+                                            const force_element_input *din) {
+    lateral_spin_change d;
+    const friction_fall *g = &s->fall;
+    const slip_speeds *w = &s->slip;
+    const double *force = s->law.force;
+    double drolling = there->radius * din->omega, dslip = 0.0;
+    double dcreepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
+    double dlog_friction = din->friction_scale / in->friction_scale;
+    d.log_load = din->normal_load / in->normal_load;
+    d.log_width = there->load_exponent * d.log_load;
+    if (w->size > 0.0)
+        dslip = (w->along * (drolling - din->speed) - w->across * din->lateral_velocity +
+                 w->turning *
+                     (w->turning * d.log_width + spread * there->semi_width * din->spin_velocity)) /
+                w->size;
+    double by_log_friction = g->by_log_heating + g->by_log_zeta0 - 0.5 * g->by_log_k;
+    d.log_kinetic = dlog_friction * (1.0 + by_log_friction) + g->by_slip * dslip +
+                    g->by_rolling * drolling + g->by_speed * din->speed +
+                    s->at.log_g_by_log_load * d.log_load;
+    d.slower = -s->at.speed_slope * din->speed * s->at.inverse_speed;
+    d.creepage[0] = dcreepage * s->per[0] - s->creepage[0] * d.log_width;
+    d.creepage[1] = s->creepage[1] * (d.slower - d.log_width) -
+                    s->per[1] * s->at.inverse_speed * din->lateral_velocity;
+    d.creepage[2] = turn_with_speed(in, s) * din->speed -
+                    s->per[2] * s->at.inverse_speed * din->spin_velocity * direction_at(in, s);
+    for (int i = 0; i < 3; i++) {
+        const double *by = s->law.by_creepage[i];
+        d.force[i] = force[i] * d.log_load + change_with_friction(s, i) * d.log_kinetic +
+                     by[0] * d.creepage[0] + by[1] * d.creepage[1] + by[2] * d.creepage[2] -
+                     (s->law.by_log_k[i] + s->law.by_log_layer[i]) * d.log_width;
+    }
+    return d;
+}
+
+/* Changes of the rates of the memory; the forces change by d. */
+static void change_of_memory(const force_element_parameters *there, const lateral_spin_force *s,
+                             const memory_place *m, const lateral_spin_change *d,
+                             const force_element_input *din, double rate[3]) {
+    const force_state *at = &s->at;
+    memory_direction to;
+    for (int i = 0; i < 2; i++) {
+        to.creepage[i] = d->creepage[i] - s->creepage[i] * d->log_kinetic;
+        to.force[i] = d->force[i] - s->law.force[i] * (d->log_load + d->log_kinetic);
+    }
+    double log_k = at->k_hat < at->scales.k_hat ? 0.0 : 1.0;
+    to.k_hat = -at->k_hat * log_k * (0.5 * d->log_kinetic + d->log_width);
+    to.weakening = -m->weakening * (d->log_kinetic + 2.0 * d->log_width);
+    to.held[0] = din->held_traction;
+    to.held[1] = din->held_lateral;
+    to.unslipped = din->unslipped;
+    to.pace = at->speed_slope * din->speed / there->relaxation_length - m->pace * d->log_width;
+    to.log_g = d->log_kinetic;
+    memory_change(m, at, &to, rate);
+}
+
+static memory_place memory_of(const force_element_parameters *there, const force_element_input *in,
+                              const lateral_spin_force *s) {
+    return memory_at(there, in, &s->at, s->creepage[1], s->law.force);
+}
+
 void lateral_spin_force_evaluate(const creep_table *table, const force_element_parameters *p,
                                  const force_element_input *in, force_element_output *out) {
     lateral_spin_force s = lateral_spin_force_of(table, p, in);
@@ -54,7 +124,20 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     out->force_by_speed +=
         s.scale[0] * (by[1] * s.creepage[1] * slower + by[2] * turn_with_speed(in, &s));
     out->force_by_load -= at->kinetic * growth * by[1] * s.creepage[1];
-    if (remembers(p)) memory_action(p, in, at, out);
+    if (!remembers(p)) return;
+    memory_place m = memory_of(p, in, &s);
+    for (int i = 0; i < 5; i++) { /* by each state */
+        force_element_input din;
+        double rate[3], *state[] = {&din.omega, &din.speed, &din.held_traction, &din.held_lateral,
+                                    &din.unslipped};
+        memset(&din, 0, sizeof din);
+        *state[i] = 1.0;
+        lateral_spin_change d =
+            change_of_forces(p, table->lateral_spin->slip_spread, in, out, &s, &din);
+        change_of_memory(p, &s, &m, &d, &din, rate);
+        set_rates_by(i, rate, out);
+    }
+    hold_forces(p, in, at, &m, out);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -117,81 +200,45 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                            const force_element_input *in, const force_element_output *out,
                            const force_element_input *din, force_element_output *dout) {
     static const lateral_spin_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
-    double drolling = p->radius * din->omega;
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
-    dout->traction_rate = dout->unslipped_rate = 0.0;
+    dout->traction_rate = dout->lateral_rate = dout->unslipped_rate = 0.0;
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
     if (can_grip(p, in)) {
         creep_table any = *table;
         if (table->lateral_spin == NULL) any.lateral_spin = &NO_CONTACT;
         force_element_parameters there = force_element_at_load(p, in->normal_load);
         lateral_spin_force s = lateral_spin_force_of(&any, &there, in);
-        const friction_fall *g = &s.fall;
         const double *force = s.law.force, *scale = s.scale;
-        double dlog_load = din->normal_load / in->normal_load, direction = direction_at(in, &s);
-        double dlog_width = p->load_exponent * dlog_load;
-        double dlog_friction = din->friction_scale / in->friction_scale;
-        double spread = any.lateral_spin->slip_spread * there.semi_width, dslip = 0.0;
-        if (s.slip.size > 0.0)
-            dslip =
-                (s.slip.along * (drolling - din->speed) - s.slip.across * din->lateral_velocity +
-                 s.slip.turning * (s.slip.turning * dlog_width + spread * din->spin_velocity)) /
-                s.slip.size;
-        double by_log_friction = g->by_log_heating + g->by_log_zeta0 - 0.5 * g->by_log_k;
-        double dlog_kinetic = dlog_friction * (1.0 + by_log_friction) + g->by_slip * dslip +
-                              g->by_rolling * drolling + g->by_speed * din->speed +
-                              s.at.log_g_by_log_load * dlog_load;
-        double slower = -s.at.speed_slope * din->speed * s.at.inverse_speed;
-        /* At constant friction: */
-        double dl[3] = {dout->creepage * s.per[0] - s.creepage[0] * dlog_width,
-                        s.creepage[1] * (slower - dlog_width) -
-                            s.per[1] * s.at.inverse_speed * din->lateral_velocity,
-                        turn_with_speed(in, &s) * din->speed -
-                            s.per[2] * s.at.inverse_speed * din->spin_velocity * direction};
-        double dforce[3];
-        for (int i = 0; i < 3; i++) { /* over the scale */
-            const double *by = s.law.by_creepage[i];
-            dforce[i] = force[i] * dlog_load + change_with_friction(&s, i) * dlog_kinetic +
-                        by[0] * dl[0] + by[1] * dl[1] + by[2] * dl[2] -
-                        (s.law.by_log_k[i] + s.law.by_log_layer[i]) * dlog_width;
-        }
-        double turned = (din->speed + in->speed * slower) * s.at.inverse_speed;
-        dout->traction_coefficient = s.at.kinetic * (dforce[0] - force[0] * dlog_load);
-        dout->creep_force = scale[0] * dforce[0];
-        dout->lateral_force = scale[1] * dforce[1];
+        lateral_spin_change d =
+            change_of_forces(&there, any.lateral_spin->slip_spread, in, out, &s, din);
+        double direction = direction_at(in, &s);
+        double turned = (din->speed + in->speed * d.slower) * s.at.inverse_speed;
+        dout->traction_coefficient = s.at.kinetic * (d.force[0] - force[0] * d.log_load);
+        dout->creep_force = scale[0] * d.force[0];
+        dout->lateral_force = scale[1] * d.force[1];
         dout->spin_moment =
-            scale[2] * (direction * dforce[2] + force[2] * (direction * dlog_width + turned));
+            scale[2] * (direction * d.force[2] + force[2] * (direction * d.log_width + turned));
         if (remembers(p)) {
-            force_state *at = &s.at;
-            memory_place m = memory_at(&there, in, at, at->kinetic * force[0]);
-            double toward = at->x < 0.0 ? -1.0 : 1.0, change[MEMORY_ARGUMENTS], rate[2];
-            double log_k = at->k_hat < at->scales.k_hat ? 0.0 : 1.0;
-            change[BY_X] = toward * (dl[0] - at->x * dlog_kinetic);
-            change[BY_RATIO] = m.sign * (dforce[0] - force[0] * (dlog_load + dlog_kinetic));
-            change[BY_K] = -at->k_hat * log_k * (0.5 * dlog_kinetic + dlog_width);
-            change[BY_WEAKENING] = -m.weakening * (dlog_kinetic + 2.0 * dlog_width);
-            change[BY_TRACTION] = m.sign * din->held_traction / at->kinetic - m.q * dlog_kinetic;
-            change[BY_UNSLIPPED] = din->unslipped;
-            change[BY_PACE] =
-                at->speed_slope * din->speed / there.relaxation_length - m.pace * dlog_width;
-            memory_change(&m, at, change, dlog_kinetic, rate);
-            dout->traction_rate = rate[0];
-            dout->unslipped_rate = rate[1];
+            memory_place m = memory_of(&there, in, &s);
+            change_of_memory(&there, &s, &m, &d, din, &dout->traction_rate);
             dout->traction_coefficient = din->held_traction;
             dout->creep_force =
                 in->held_traction * din->normal_load + in->normal_load * din->held_traction;
+            dout->lateral_force =
+                in->held_lateral * din->normal_load + in->normal_load * din->held_lateral;
         }
     } else {
         begin_to_grip(table, p, in, din, dout);
         if (remembers(p)) {
+            const double held[3] = {din->held_traction, din->held_lateral, din->unslipped};
+            const double *by = &out->traction_by_omega;
+            double *rate = &dout->traction_rate;
             dout->creep_force = out->force_by_load * din->normal_load;
+            if (in->normal_load >= 0.0 && has_friction(in))
+                dout->lateral_force = in->held_lateral * din->normal_load;
             dout->traction_coefficient = 0.0;
-            dout->traction_rate = out->traction_by_omega * din->omega +
-                                  out->traction_by_speed * din->speed +
-                                  out->traction_by_traction * din->held_traction;
-            dout->unslipped_rate = out->unslipped_by_omega * din->omega +
-                                   out->unslipped_by_speed * din->speed +
-                                   out->unslipped_by_unslipped * din->unslipped;
+            for (int i = 0; i < 3; i++, by += 5)
+                rate[i] = by[0] * din->omega + by[1] * din->speed + by[2 + i] * held[i];
         }
     }
     dout->wheel_torque = -p->radius * dout->creep_force;

@@ -33,29 +33,36 @@
 #define MEMORY_H
 
 #include <math.h>
+#include <string.h>
 
 #include "force_element.h"
 #include "simd_math.h"
 
-/* Speed below which a contact that remembers does not distinguish creepages [m/s]. */
+/* The same for a contact with memory [m/s]. */
 static const double STANDSTILL = 1e-6;
 
 ALWAYS_INLINE int remembers(const force_element_parameters *p) {
     return p->relaxation_length > 0.0;
 }
 
-/* What the rates depend on, and their changes by each. */
+/* Speed below which the reference speed of the creepage is regularised [m/s]. */
+ALWAYS_INLINE double slowest_speed(const force_element_parameters *p) {
+    return remembers(p) ? STANDSTILL : p->minimum_speed;
+}
+
+/* What the flow depends on, and its changes by each. */
 enum { BY_X, BY_RATIO, BY_K, BY_WEAKENING, BY_TRACTION, BY_UNSLIPPED, BY_PACE, MEMORY_ARGUMENTS };
+typedef double memory_gradient[MEMORY_ARGUMENTS];
 
 typedef struct {
-    double rate[2];                 /* of q and h [1/s] */
-    double by[2][MEMORY_ARGUMENTS]; /* their derivatives */
-    double per_length;              /* 1/L */
-    double sticking;                /* m [1] */
+    double strength, fast, rate; /* G; V/(sigma a L) and dh/dt [1/s] */
+    memory_gradient strength_by, fast_by, rate_by;
+    double per_length; /* 1/L */
+    double sticking;   /* m [1] */
 } memory_flow;
 
-/* Rates at x > 0, where Q is the ratio; q is positive in the direction of the creepage, and pace is
- * the speed over sigma a. */
+/* Flow at x > 0, where Q is the ratio; q is positive in the direction of the steady force, and pace
+ * is the speed over sigma a. */
 ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, double x, double ratio,
                                          double k, double weakening, double q, double h,
                                          double pace) {
@@ -86,7 +93,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double strength_k = more * z * z * top_k;
 
     /* Length of the lag, and its derivatives by m', s and r. */
-    double secant = strength * per, least = 0.05 * secant, after = weakening / (x * sigma);
+    double whole_secant = strength * per, secant = smaller(whole_secant, 1.0); /* spin adds force */
+    double least = 0.05 * secant, after = weakening / (x * sigma);
     int by_stick = (m >= after) & (m >= least), by_slip = !by_stick & (after > least);
     double part = by_stick ? m : by_slip ? after : least;
     int whole = part > secant;
@@ -113,22 +121,28 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
                  : beyond ? 0.0
                           : -3.0 * soft * part * square - rest * (2.0 / 3.0) / third;
     double l_q = (beyond & (over > 0.0)) ? -100.0 * length * brake : 0.0;
-    l_secant += part_secant * l_part;
+    l_secant = whole_secant < 1.0 ? l_secant + part_secant * l_part : 0.0;
     double by_strength = l_secant * per - l_r * r / strength; /* s and r are G per and q/G */
 
     memory_flow flow;
-    double fast = pace / length, gap = strength - q, rate = fast * gap, bend = rate / length;
+    memset(&flow, 0, sizeof flow);
+    double fast = pace / length, bend = -fast / length;
     flow.per_length = 1.0 / length;
     flow.sticking = m;
-    flow.rate[0] = rate;
-    double *by = flow.by[0], drive = fast - bend * by_strength;
-    by[BY_X] = drive * strength_x - bend * (l_part * part_x - l_secant * secant / x);
-    by[BY_RATIO] = drive * strength_ratio - bend * l_part * part_ratio;
-    by[BY_K] = drive * strength_k;
-    by[BY_WEAKENING] = -bend * l_part * part_weakening;
-    by[BY_TRACTION] = -fast - bend * (l_r / strength + l_q);
-    by[BY_UNSLIPPED] = drive * above;
-    by[BY_PACE] = gap / length;
+    flow.strength = strength;
+    flow.fast = fast;
+    double *by = flow.strength_by;
+    by[BY_X] = strength_x;
+    by[BY_RATIO] = strength_ratio;
+    by[BY_K] = strength_k;
+    by[BY_UNSLIPPED] = above;
+    by = flow.fast_by;
+    for (int i = 0; i < MEMORY_ARGUMENTS; i++) by[i] = bend * by_strength * flow.strength_by[i];
+    by[BY_X] += bend * (l_part * part_x - l_secant * secant / x);
+    by[BY_RATIO] += bend * l_part * part_ratio;
+    by[BY_WEAKENING] = bend * l_part * part_weakening;
+    by[BY_TRACTION] = bend * (l_r / strength + l_q);
+    by[BY_PACE] = flow.per_length;
 
     double back = against ? smaller(-r, 1.0) : 0.0, target = m + (1.0 - m) * back;
     target = weakens ? target : m;
@@ -145,8 +159,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double quick = pull + worn, apart = target - h, per_pace = quick * apart;
     double by_m = pace * quick * target_m, by_r = pace * (worn_r * apart - quick * by_back);
     double r_strength = -r / strength;
-    by = flow.by[1];
-    flow.rate[1] = pace * per_pace;
+    by = flow.rate_by;
+    flow.rate = pace * per_pace;
     by[BY_X] = by_m * m_x + by_r * r_strength * strength_x + pace * worn * apart / x;
     by[BY_RATIO] = by_m * m_ratio + by_r * r_strength * strength_ratio;
     by[BY_K] = by_r * r_strength * strength_k;

@@ -20,8 +20,15 @@ typedef struct {
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     const wheelset_input *held = m->input;
-    force_element_input in = {y[0][0], y[1][0], held->normal_load,      held->friction_scale,
-                              y[2][0], y[3][0], held->lateral_velocity, held->spin_velocity};
+    force_element_input in = {.omega = y[0][0],
+                              .speed = y[1][0],
+                              .normal_load = held->normal_load,
+                              .friction_scale = held->friction_scale,
+                              .held_traction = y[2][0],
+                              .held_lateral = y[3][0],
+                              .unslipped = y[4][0],
+                              .lateral_velocity = held->lateral_velocity,
+                              .spin_velocity = held->spin_velocity};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);
@@ -30,7 +37,8 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     f[0][0] = rates.omega_rate;
     f[1][0] = rates.speed_rate;
     f[2][0] = out.traction_rate;
-    f[3][0] = out.unslipped_rate;
+    f[3][0] = out.lateral_rate;
+    f[4][0] = out.unslipped_rate;
     if (!jacobian) return;
     /* Without contact the equations are not stiff, and the slip's accuracy does not matter. */
     m->saturation_creepage = out.saturation_creepage > 0.0 ? out.saturation_creepage : 1.0;
@@ -39,15 +47,10 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
         for (int k = 0; k < 2; k++) j[i][k][0] = rates.jacobian[i][k];
     j[0][2][0] = -m->body->radius * out.force_by_traction / m->body->inertia;
     j[1][2][0] = out.force_by_traction * m->body->inverse_mass;
-    j[0][3][0] = j[1][3][0] = 0.0;
-    j[2][0][0] = out.traction_by_omega;
-    j[2][1][0] = out.traction_by_speed;
-    j[2][2][0] = out.traction_by_traction;
-    j[2][3][0] = out.traction_by_unslipped;
-    j[3][0][0] = out.unslipped_by_omega;
-    j[3][1][0] = out.unslipped_by_speed;
-    j[3][2][0] = out.unslipped_by_traction;
-    j[3][3][0] = out.unslipped_by_unslipped;
+    j[0][3][0] = j[1][3][0] = j[0][4][0] = j[1][4][0] = 0.0;
+    const double *by = &out.traction_by_omega;
+    for (int i = 2; i < 5; i++)
+        for (int k = 0; k < 5; k++) j[i][k][0] = *by++;
 }
 
 /* Of the memory alone. An error relative to the traction at the end of the substep would be small
@@ -55,7 +58,8 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
 static void memory_error_size(void *model, rows y, rows error, lanes size) {
     const motion *m = (const motion *)model;
     (void)y;
-    size[0] = fabs(error[2][0]) / m->contact->kinetic_friction + fabs(error[3][0]);
+    size[0] =
+        (fabs(error[2][0]) + fabs(error[3][0])) / m->contact->kinetic_friction + fabs(error[4][0]);
 }
 
 static void error_size(void *model, rows y, rows error, lanes size) {
@@ -109,20 +113,22 @@ const char *wheelset_advance(const creep_table *table, const force_element_param
                              wheelset_state *state, double step, double *tolerance,
                              double *substep) {
     motion m = {table, contact, body, input, 1.0, 0.0};
-    int states = remembers(contact) ? 4 : 2;
-    equations problem = {states, states, {0, 1, 2, 3}, &m, evaluate, error_size};
+    int states = remembers(contact) ? 5 : 2;
+    equations problem = {states, states, {0, 1, 2, 3, 4}, &m, evaluate, error_size};
     integration run;
     memset(&run, 0, sizeof run);
     run.y[0][0] = state->omega;
     run.y[1][0] = state->speed;
     run.y[2][0] = state->held_traction;
-    run.y[3][0] = state->unslipped;
+    run.y[3][0] = state->held_lateral;
+    run.y[4][0] = state->unslipped;
     const char *error = advance(&problem, &run, step, tolerance, substep);
     if (error != NULL) return error;
     state->omega = run.y[0][0];
     state->speed = run.y[1][0];
     state->held_traction = run.y[2][0];
-    state->unslipped = between_zero_and_one(run.y[3][0]);
+    state->held_lateral = run.y[3][0];
+    state->unslipped = between_zero_and_one(run.y[4][0]);
     return NULL;
 }
 
@@ -133,7 +139,7 @@ static void evaluate_prescribed(void *model, rows y, rows f, matrix *jacobian) {
     f[0][0] = m->omega_rate;
     if (!jacobian) return;
     lanes(*j)[MAX_STATES] = *jacobian;
-    for (int k = 0; k < 4; k++) j[0][k][0] = 0.0;
+    for (int k = 0; k < 5; k++) j[0][k][0] = 0.0;
 }
 
 /* Advance the memory while omega changes evenly to its end. */
@@ -152,19 +158,21 @@ static const char *advance_memory(const creep_table *table, const force_element_
                             input->lateral_velocity,
                             input->spin_velocity};
     motion m = {table, contact, &body, &given, 1.0, (end - input->omega) / step};
-    equations problem = {3, 3, {0, 2, 3}, &m, evaluate_prescribed, memory_error_size};
+    equations problem = {4, 4, {0, 2, 3, 4}, &m, evaluate_prescribed, memory_error_size};
     integration run;
     double substep = 0.0;
     memset(&run, 0, sizeof run);
     run.y[0][0] = input->omega;
     run.y[1][0] = input->speed;
     run.y[2][0] = input->held_traction;
-    run.y[3][0] = input->unslipped;
+    run.y[3][0] = input->held_lateral;
+    run.y[4][0] = input->unslipped;
     const char *error = advance(&problem, &run, step, &tolerance, &substep);
     if (error != NULL) return error;
     input->omega = end;
     input->held_traction = run.y[2][0];
-    input->unslipped = between_zero_and_one(run.y[3][0]);
+    input->held_lateral = run.y[3][0];
+    input->unslipped = between_zero_and_one(run.y[4][0]);
     return NULL;
 }
 

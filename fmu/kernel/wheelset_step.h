@@ -7,7 +7,8 @@
 typedef struct {
     double omega;         /* [rad/s] */
     double speed;         /* [m/s] */
-    double held_traction; /* this and the next are constant without memory [1] */
+    double held_traction; /* this and the next ones are constant without memory [1] */
+    double held_lateral;  /* [1] */
     double unslipped;     /* [1] */
 } wheelset_state;
 
@@ -22,8 +23,8 @@ typedef struct {
 } wheelset_input;
 
 /* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
- * saturation, to the speed plus the minimum speed, to the held traction plus kinetic friction. It
- * returns the one that was held, which is larger after very many substeps. substep is
+ * saturation, to the speed plus the minimum speed, of the held forces over the load to kinetic
+ * friction. It returns the one that was held, which is larger after very many substeps. substep is
  * the length to try first (0: not known) and returns the one to try next. Returns NULL, or why the
  * step failed; the state is then unchanged. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table,

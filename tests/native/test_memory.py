@@ -16,11 +16,12 @@ from contactlib.base.quantities import FloatArray
 from contactlib.element import roll
 from contactlib.export.description import Description
 
-RATES = ("traction", "unslipped")
+RATES = ("traction", "lateral", "unslipped")
 STATES = {
     "omega": "omega",
     "speed": "speed",
     "traction": "held_traction",
+    "lateral": "held_lateral",
     "unslipped": "unslipped",
 }
 
@@ -116,16 +117,27 @@ def test_rolling_on_comes_to_the_force_of_the_law(rig: cl.Model, creepage: float
             assert model.get("creep_force")[0] == pytest.approx(expected, abs=1e-9 * largest)
 
 
+@pytest.mark.parametrize("across", [False, True])
 @pytest.mark.parametrize("law", LAWS)
-def test_jacobian_of_the_rates_is_exact(elements: dict[str, cl.ForceElement], law: str) -> None:
+def test_jacobian_of_the_rates_is_exact(
+    elements: dict[str, cl.ForceElement], law: str, across: bool
+) -> None:
     element = elements[law]
     given = random_states(element, 3000, seed=4)
-    out = evaluated(element, **given)
     slip = np.abs(element.radius * given["omega"] - given["speed"])
+    rng = np.random.default_rng(5)
+    given["held_lateral"] = 0.3 * rng.uniform(-1.0, 1.0, slip.size)
+    if across:
+        lateral, spin = slip * rng.choice([-1.0, 1.0], (2, slip.size))
+        given["lateral_velocity"] = lateral * 10.0 ** rng.uniform(-1.0, 1.0, slip.size)
+        spin *= 10.0 ** rng.uniform(-1.0, 0.0, slip.size) / element.contact.semi_width
+        given["spin_velocity"] = np.where(rng.uniform(size=slip.size) < 0.5, spin, 0.0)
+    out = evaluated(element, **given)
     rooms = {
         "omega": slip / element.radius,
         "speed": np.minimum(slip, np.abs(given["speed"])),
         "traction": np.full_like(slip, 0.1),
+        "lateral": np.full_like(slip, 0.1),
         "unslipped": np.full_like(slip, 0.1),
     }
     clear_of = {}
@@ -147,7 +159,7 @@ def test_jacobian_of_the_rates_is_exact(elements: dict[str, cl.ForceElement], la
             clear_of[rate, by] = float(smooth.mean())
             wrong = smooth & (np.abs(found - exact) > 1e-6 * size + 1e-300)
             assert not wrong.any(), (rate, by, {k: v[wrong][:2] for k, v in given.items()})
-    assert min(clear_of.values()) > 0.9, clear_of
+    assert min(clear_of.values()) > 0.85, clear_of
 
 
 @pytest.mark.parametrize("law", ["line", "ellipse"])
