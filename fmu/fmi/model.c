@@ -375,7 +375,7 @@ static double magnitude(const model *m, const model_values *values, const model_
         double slip = fabs(p->radius * in->omega - in->speed) + zeta0 * reference;
         if (of == AT(contact.radius)) return fmin(size, slip / fabs(in->omega));
         if (of == AT(input.omega)) return slip / p->radius;
-        if (of == AT(input.speed)) return fmin(slip, reference);
+        if (of == AT(input.speed)) return fmin(slip, sqrt(slip * reference));
         if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
         if (of == AT(input.held_traction) || of == AT(input.held_lateral))
