@@ -363,9 +363,9 @@ typedef struct {
     double creepage[2], size; /* normalized creepages without spin, and their magnitude */
     double force[2], ratio;   /* steady forces over f_d P, and their magnitude */
     double direction[2];      /* of the steady force */
-    double q[2], target[2],
-        place[2]; /* held forces over f_d, what they tend to, sigma over theirs */
-    double along; /* q in the direction of the steady force */
+    double q[2], along;       /* held forces over f_d, and in that direction */
+    double place[2];          /* sigma over theirs */
+    double rate[2];           /* of q, for one sigma [1/s] */
     double weakening, pace;
     int slow, weak; /* creepage or force are too small to have a direction */
 } memory_place;
@@ -397,16 +397,14 @@ ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
     m.pace = at->reference / p->relaxation_length; /* at rest the slip alone loads the contact */
     m.flow = memory_flow_at(p, larger(m.size, tiny), larger(m.ratio, least), at->k_hat, m.weakening,
                             m.along, in->unslipped, m.pace);
+    double forward = m.flow.fast * (m.flow.strength - m.along);
     for (int i = 0; i < 2; i++) {
+        double e = m.direction[i];
         m.force[i] = force[i];
-        m.target[i] = m.weak ? force[i] : m.flow.strength * m.direction[i];
+        m.rate[i] = m.weak ? m.flow.fast * (force[i] - m.q[i])
+                           : forward * e + m.flow.turn * (m.along * e - m.q[i]);
     }
     return m;
-}
-
-/* Rates of the held forces [1/s]. */
-ALWAYS_INLINE double held_rate(const memory_place *m, const force_state *at, int i) {
-    return at->kinetic * m->place[i] * m->flow.fast * (m->target[i] - m->q[i]);
 }
 
 /* A direction in which the memory's arguments change; log_g is the change of ln(f_d). */
@@ -438,13 +436,18 @@ ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
         turn[i] = m->weak ? 0.0 : (d->force[i] - m->direction[i] * dratio) / m->ratio;
         change[BY_TRACTION] += m->direction[i] * dq[i] + m->q[i] * turn[i];
     }
-    double dstrength = change_along(m->flow.strength_by, change);
-    double dfast = change_along(m->flow.fast_by, change) + m->flow.fast * d->log_g;
+    const memory_flow *f = &m->flow;
+    double dfast = change_along(f->fast_by, change), dturn = change_along(f->turn_by, change);
+    double gap = f->strength - m->along, along = change[BY_TRACTION];
+    double dgap = change_along(f->strength_by, change) - along;
     for (int i = 0; i < 2; i++) {
-        double dtarget =
-            m->weak ? d->force[i] : dstrength * m->direction[i] + m->flow.strength * turn[i];
-        rate[i] = at->kinetic * m->place[i] *
-                  (dfast * (m->target[i] - m->q[i]) + m->flow.fast * (dtarget - dq[i]));
+        double e = m->direction[i], drate;
+        if (m->weak) drate = dfast * (m->force[i] - m->q[i]) + f->fast * (d->force[i] - dq[i]);
+        else
+            drate = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i] +
+                    dturn * (m->along * e - m->q[i]) +
+                    f->turn * (along * e + m->along * turn[i] - dq[i]);
+        rate[i] = at->kinetic * m->place[i] * (drate + m->rate[i] * d->log_g);
     }
     rate[2] = change_along(m->flow.rate_by, change);
 }
@@ -455,8 +458,8 @@ ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_el
                                force_element_output *out) {
     double load = in->normal_load;
     out->sticking = m->flow.sticking;
-    out->traction_rate = held_rate(m, at, 0);
-    out->lateral_rate = held_rate(m, at, 1);
+    out->traction_rate = at->kinetic * m->place[0] * m->rate[0];
+    out->lateral_rate = at->kinetic * m->place[1] * m->rate[1];
     out->unslipped_rate = m->flow.rate;
     out->traction_coefficient = in->held_traction;
     out->creep_force = load * in->held_traction;

@@ -55,8 +55,11 @@ enum { BY_X, BY_RATIO, BY_K, BY_WEAKENING, BY_TRACTION, BY_UNSLIPPED, BY_PACE, M
 typedef double memory_gradient[MEMORY_ARGUMENTS];
 
 typedef struct {
-    double strength, fast, rate; /* G; V/(sigma a L) and dh/dt [1/s] */
-    memory_gradient strength_by, fast_by, rate_by;
+    double strength; /* G */
+    double fast;     /* V/(sigma a L) [1/s] */
+    double turn;     /* the same across the steady force [1/s] */
+    double rate;     /* dh/dt [1/s] */
+    memory_gradient strength_by, fast_by, turn_by, rate_by;
     double per_length; /* 1/L */
     double sticking;   /* m [1] */
 } memory_flow;
@@ -143,6 +146,17 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     by[BY_WEAKENING] = bend * l_part * part_weakening;
     by[BY_TRACTION] = bend * (l_r / strength + l_q);
     by[BY_PACE] = flow.per_length;
+
+    double across = 1.0 / kappa - soft * m, per_across = 1.0 / (secant * across);
+    flow.turn = pace * per_across;
+    bend = -flow.turn * per_across;
+    by = flow.turn_by;
+    double free = whole_secant < 1.0 ? 1.0 : 0.0;
+    for (int i = 0; i < MEMORY_ARGUMENTS; i++)
+        by[i] = bend * across * free * per * flow.strength_by[i];
+    by[BY_X] -= bend * secant * (across * free / x + soft * m_x);
+    by[BY_RATIO] -= bend * secant * soft * m_ratio;
+    by[BY_PACE] = per_across;
 
     double back = against ? smaller(-r, 1.0) : 0.0, target = m + (1.0 - m) * back;
     target = weakens ? target : m;
