@@ -68,6 +68,7 @@ export function weakenedOver(v: Vehicle, weakening_length: number): ForceParamet
     load_exponent: line ? 1 / 2 : 1 / 3, // Hertz
     elliptic: line ? 0 : 1,
     relaxation_length: 0,
+    lateral_relaxation_length: 1, // not used without lateral slip
     standing_stiffness: 1, // not used without memory
     initial_slope: 1,
   };

@@ -1,7 +1,7 @@
 /* Rolling that is not steady: a contact that remembers what it rolled over.
  *
- * Two states: the creep force over the load, and the part of the contact that has not slipped since
- * it entered. In steady rolling the force is exactly that of the law. With lengths over the
+ * The states are the creep force over the load, the lateral force over it, and the part of the
+ * contact that has not slipped since it entered. In steady rolling the force is exactly that of the law. With lengths over the
  * semi-width a, s the distance rolled, x > 0 the normalized creepage, q the state of the force over
  * f_d, h the unslipped part and Q(x) the steady law of initial slope S0:
  *
@@ -28,7 +28,15 @@
  * 1 - (1 - 2 kappa S0 x s/(3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work
  * q x >= d(sigma q^2/(2 kappa S0))/ds, so no history yields energy. Of the constants kappa and
  * sigma follow from the half-space; 2.25, 2.5, 1/2, 9/4, 1.5 and the powers of y and r were fitted
- * to transient solutions. */
+ * to transient solutions.
+ *
+ * With lateral slip or spin q is a vector, x the magnitude of both creepages, Q that of the force,
+ * e the direction of the steady force, and q e takes the place of q above:
+ *
+ *     dq/ds = (G - q e) e/(sigma L) - (q - (q e) e)/(sigma L'),    L' = s (m + (1 - m)/kappa),
+ *
+ * with the sigma of each component. Across the force nothing slips faster when more slips, so the
+ * compliance of the whole contact turns it. The spin moment is that of steady rolling. */
 #ifndef MEMORY_H
 #define MEMORY_H
 

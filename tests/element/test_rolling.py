@@ -14,7 +14,7 @@ from transient_rolling import history
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.kernel.library import struct_dtype
+from contactlib.kernel.library import ffi, library, struct_dtype
 from contactlib.laws.relaxation import standing_stiffness
 
 KINETIC, LOAD = 0.3, 80e3
@@ -153,6 +153,77 @@ def test_no_state_yields_energy(aspect: float) -> None:
     work = found["normalized_creepage"] * q
     stored = q * rate / (memory["standing_stiffness"] * memory["initial_slope"])
     assert np.all(work - stored >= -1e-9 * (np.abs(work) + np.abs(stored)))
+
+
+class InThePlane:
+    """Force along and across of a contact that rolls on; creepages are over zeta0 of strips."""
+
+    def __init__(self, of: cl.ForceElement) -> None:
+        self.native = kernel.NativeForceElement(of.native_contact, of.rolling_parameters)
+        self.input = ffi.new(
+            "force_element_input *", {"speed": 10.0, "normal_load": LOAD, "friction_scale": 1.0}
+        )
+        self.input.unslipped, self.of, self.zeta0 = 1.0, of, strips_zeta0(of)
+
+    def roll(self, x: float, y: float, distance: float) -> FloatArray:
+        """Roll at constant creepages over a distance in units of a."""
+        now, of = self.input, self.of
+        now.omega = now.speed * (1.0 + x * self.zeta0) / of.radius
+        now.lateral_velocity = -y * self.zeta0 * now.speed
+        step = distance * of.contact.semi_width / now.speed
+        advance = library().force_element_advance
+        assert not advance(*self.native.structs, now, step, 1e-6)
+        return np.array([now.held_traction, now.held_lateral]) / KINETIC
+
+
+@pytest.mark.parametrize(
+    ("aspect", "excess", "k_hat"), [(1.4, 4 / 7, 0.2), (0.5, 0.0, 0.0), (2.0, 0.0, 0.0)]
+)
+def test_lateral_steps(aspect: float, excess: float, k_hat: float) -> None:
+    every = []
+    for before, after in STEPS:
+        place = InThePlane(element(aspect, 0.28, excess, k_hat))
+        if before:
+            place.roll(0.0, before, 100.0)
+        s, q = history(
+            step(before, after), 5.0, a_over_b=aspect, excess=excess, k_hat=k_hat, component="y"
+        )
+        found = [place.roll(0.0, after, ds)[1] for ds in np.diff(s)]
+        every.append(np.array(found) - q[1:])
+    assert rms(np.concatenate(every)) < 0.05
+    assert np.abs(np.concatenate(every)).max() < 0.24
+
+
+@pytest.mark.slow
+def test_force_of_a_sliding_contact_turns() -> None:
+    """By the compliance of the whole contact, although the force along follows at once."""
+    grid = reference_contact(1.4, 0.28, 32, 6)
+    place, state = InThePlane(element()), grid.at_rest()
+    place.roll(1.5, 0.0, 100.0)
+    for _ in range(round(3.0 / grid.step)):
+        state = grid.roll(state, np.array([1.5, 0.0, 0.0]))
+    for _ in range(round(2.0 / grid.step)):
+        state = grid.roll(state, np.array([1.5, 0.5, 0.0]))
+        found = place.roll(1.5, 0.5, grid.step)
+        assert_allclose(found, grid.forces(state)[:2], atol=0.04)
+
+
+@pytest.mark.parametrize("aspect", [0.2, 1.4, 5.0])
+def test_closed_histories_in_the_plane_dissipate(aspect: float) -> None:
+    rng, of = np.random.default_rng(3), element(aspect, 0.28, 0.6, 0.3)
+    for _ in range(60):
+        place, corners = InThePlane(of), rng.integers(2, 6)
+        at = 10.0 ** rng.uniform(-2.0, 0.7) * rng.normal(size=(corners, 2))
+        distance = 10.0 ** rng.uniform(-1.5, 0.7, corners) / 12.0
+        for _ in range(3):  # the last one begins as it ends
+            work, before = 0.0, place.roll(*at[0], 1e-9)
+            for i, ds in enumerate(distance):
+                for part in np.linspace(0.5, 11.5, 12) / 12.0:
+                    creepage = at[i] + part * (at[(i + 1) % corners] - at[i])
+                    after = place.roll(*creepage, ds)
+                    work += float(0.5 * (before + after) @ creepage) * ds
+                    before = after
+        assert work > 0.0
 
 
 def test_small_creepages_lag_and_the_falling_branch_does_not() -> None:

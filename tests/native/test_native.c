@@ -51,6 +51,7 @@ static void test_advance(const creep_table *table, const force_element_parameter
     in.speed = after.speed = in.speed * 1e-7;
     in.omega = after.omega = in.omega * 1e-7;
     const char *error = force_element_advance(table, parameters, &after, step, 1e-3);
+    CHECK(fabs(after.held_lateral) <= 2.0 * fabs(in.held_lateral));
     CHECK(isfinite(after.held_traction) && isfinite(after.unslipped));
     CHECK(fabs(after.held_traction) <= most * fmax(1.0, in.friction_scale));
     CHECK(after.unslipped > -0.2 && after.unslipped < 1.2);
@@ -66,9 +67,8 @@ static void test_roll(const creep_table *table, const force_element_parameters *
             creepage[k] = (random_unit() - 0.5) * random_exponent(-9.0, 1.0);
             if (k > 0) distance[k] = distance[k - 1] + random_exponent(-9.0, 3.0);
         }
-        const char *error =
-            force_element_roll(table, parameters, random_exponent(-3.0, 2.0), load, scale, 3,
-                               creepage, distance, 1e-3, force);
+        const char *error = force_element_roll(table, parameters, random_exponent(-3.0, 2.0), load,
+                                               scale, 3, creepage, distance, 1e-3, force);
         for (int k = 0; k < 3 && error == NULL; k++)
             CHECK(fabs(force[k]) <= 1.01 * parameters->static_friction * scale * load);
     }
@@ -86,6 +86,7 @@ static void test_force(const creep_table *table, const force_element_parameters 
             .normal_load = i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
             .friction_scale = i % 11 == 0 ? 0.0 : random_exponent(-6.0, 3.0),
             .held_traction = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+            .held_lateral = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
             .unslipped = 1.2 * random_unit() - 0.1,
         };
         if (i % 12 == 0) in.normal_load = -in.normal_load;
