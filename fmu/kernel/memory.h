@@ -1,9 +1,10 @@
 /* Rolling that is not steady: a contact that remembers what it rolled over.
  *
  * The states are the creep force over the load, the lateral force over it, and the part of the
- * contact that has not slipped since it entered. In steady rolling the force is exactly that of the law. With lengths over the
- * semi-width a, s the distance rolled, x > 0 the normalized creepage, q the state of the force over
- * f_d, h the unslipped part and Q(x) the steady law of initial slope S0:
+ * contact that has not slipped since it entered. In steady rolling the force is exactly that of the
+ * law. With lengths over the semi-width a, s the distance rolled, x > 0 the normalized creepage, q
+ * the state of the force over f_d, h the unslipped part and Q(x) the steady law of initial slope
+ * S0:
  *
  *     G = Q + (h - m)+ (F - Q)+,      dq/ds = (G - q)/(sigma L),
  *     dh/ds = (2.5 (x/D) r^8 + 2.25/sigma) (h' - h), without 2.25/sigma while h > h'.

@@ -340,7 +340,7 @@ def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
 
     def run(step: float) -> list[tuple[str, str]]:
         with Instance(folder, exchange=True).start(omega=20.2) as tool:
-            call, state, rate = tool.fmu, (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
+            call, state, rate = tool.fmu, (ctypes.c_double * 3)(), (ctypes.c_double * 3)()
             event, rates = {
                 2: ("newDiscreteStates", "getDerivatives"),
                 3: ("updateDiscreteStates", "getContinuousStateDerivatives"),
@@ -349,11 +349,11 @@ def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
             call.enterContinuousTimeMode()
             with suppress(FMICallException):
                 for _ in range(2000):
-                    call.getContinuousStates(state, 2)
-                    getattr(call, rates)(rate, 2)
-                    for i in range(2):
+                    call.getContinuousStates(state, 3)
+                    getattr(call, rates)(rate, 3)
+                    for i in range(3):
                         state[i] += step * rate[i]
-                    call.setContinuousStates(state, 2)
+                    call.setContinuousStates(state, 3)
             return tool.log
 
     ((category, text),) = run(5e-3)
