@@ -47,7 +47,7 @@
 #include "force_element.h"
 #include "simd_math.h"
 
-/* The same for a contact with memory [m/s]. */
+/* The same as minimum_speed for a contact with memory [m/s]. */
 static const double STANDSTILL = 1e-6;
 
 ALWAYS_INLINE int remembers(const force_element_parameters *p) {

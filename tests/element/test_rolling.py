@@ -216,11 +216,11 @@ def test_closed_histories_in_the_plane_dissipate(aspect: float) -> None:
         at = 10.0 ** rng.uniform(-2.0, 0.7) * rng.normal(size=(corners, 2))
         distance = 10.0 ** rng.uniform(-1.5, 0.7, corners) / 12.0
         for _ in range(3):  # the last one begins as it ends
-            work, before = 0.0, place.roll(*at[0], 1e-9)
+            work, before = 0.0, place.roll(at[0, 0], at[0, 1], 1e-9)
             for i, ds in enumerate(distance):
                 for part in np.linspace(0.5, 11.5, 12) / 12.0:
                     creepage = at[i] + part * (at[(i + 1) % corners] - at[i])
-                    after = place.roll(*creepage, ds)
+                    after = place.roll(creepage[0], creepage[1], ds)
                     work += float(0.5 * (before + after) @ creepage) * ds
                     before = after
         assert work > 0.0
