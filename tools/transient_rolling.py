@@ -9,11 +9,12 @@ over f_d p0, forces over f_d P, slip distances over a zeta0, spin over zeta0/a. 
 rolling direction, Y to the left; creepages have the sign of the force on the wheel that they cause.
 Displacement by tractions (Cerruti), and slip of the particle that is at X now, per rolled distance:
 
-    u = 1/(2 pi (1 - nu)) int K p dA,
+    u = 1/(2 pi (1 - nu)) int K p dA + lam p,
     K = [1 - nu sin^2, nu cos sin; nu cos sin, 1 - nu cos^2] / r,
     s = (x - phi Y, y + phi X) - Du/Ds,
 
-with the angle of the line from source to receiver against X. Traction opposes slip, and is at most
+with the angle of the line from source to receiver against X, and lam = L E*/(2 a) for a layer of
+compliance L between the bodies. Traction opposes slip, and is at most
 sqrt(1 - X^2 - (Y a/b)^2) (1 + (f_s/f_d - 1) exp(-u_s/D)), where u_s is the slip distance of the
 particle since the leading edge and D = pi k_hat^2/(2 (f_s/f_d - 1)).
 
@@ -72,6 +73,8 @@ class Contact:
         Tractions that are solved: "x", "y" or "xy".
     symmetry : {"x", "y", ""}
         The force that is even across the contact, so that half of it is solved; "" for none.
+    layer : float
+        Displacement by a layer between the bodies over that by E* on a length of 2 a, L E*/(2 a).
     """
 
     def __init__(
@@ -82,6 +85,7 @@ class Contact:
         rows: int,
         components: str = "xy",
         symmetry: str = "",
+        layer: float = 0.0,
     ) -> None:
         nu, b, count = poisson_ratio, 1.0 / a_over_b, len(components)
         self.step, self.components, self.symmetry = 2.0 / columns, components, symmetry
@@ -135,6 +139,7 @@ class Contact:
                 blocks.append(block[kept, :size] / (2.0 * np.pi * (1.0 - nu)))
         split = [blocks[i : i + count] for i in range(0, len(blocks), count)]
         self.influence = np.block([[part[:size] for part in row] for row in split])
+        self.influence += layer * np.eye(count * size)
         self.at_edge = np.block([[part[size:] for part in row] for row in split])
         self.x, self.y, self.pressure = x[:size], y[:size], pressure[:size]
         self.weight, self.first = weight[:size] * half, first[:lines]
@@ -288,9 +293,10 @@ def contact(
     rows: int,
     components: str = "xy",
     symmetry: str = "",
+    layer: float = 0.0,
 ) -> Contact:
     """Give a discretised ellipse, made once."""
-    return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry)
+    return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry, layer)
 
 
 # Histories of x against the rolled distance that the guide draws, and where they end.
@@ -311,6 +317,7 @@ def history(
     excess: float = 0.0,
     k_hat: float = 0.0,
     component: str = "x",
+    layer: float = 0.0,
     grids: tuple[int, int] = GRIDS,
 ) -> tuple[FloatArray, FloatArray]:
     """Give rolled distances and forces, extrapolated, from the steady state of x(0).
@@ -321,7 +328,7 @@ def history(
     decay = np.pi * k_hat**2 / (2.0 * excess) if excess else 1.0
     way, forces = "xy".index(component), []
     for columns in grids:
-        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component)
+        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component, layer)
         state, q, creepage = grid.at_rest(), [0.0], np.zeros(3)
         for i in range(-round(8.0 / grid.step) if x(0.0) else 0, round(end / grid.step)):
             creepage[way] = x(max(i + 0.5, 0.0) * grid.step)

@@ -30,7 +30,8 @@ from contactlib.base.quantities import (
 )
 from contactlib.element.lateral_spin import SPINNING, lateral_spin_contact, spinning_aspect
 from contactlib.laws.friction import Friction
-from contactlib.laws.hertz import Contact, EllipticContact
+from contactlib.laws.hertz import Contact, EllipticContact, LineContact
+from contactlib.laws.relaxation import LAYER_ELLIPSE, LAYER_LINE
 from contactlib.laws.scales import (
     LAYER_COMPLIANCE,
     SLOPE_REDUCTION,
@@ -284,14 +285,34 @@ class ForceElement(Parameters):
 
     @cached_property
     def memory_parameters(self) -> dict[str, float]:
-        """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`."""
-        contact = self.contact
-        lengths = contact.relaxation_lengths
+        """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`.
+
+        With a layer each relaxation length is the mean of that of the bodies and that of the layer,
+        weighted by their compliances in rolling, and the compliance at standstill is their sum.
+        Against half-spaces with a layer the lengths err by 5 % and the stiffness by 2 %.
+        """
+        contact, width, lengths = (
+            self.contact,
+            self.contact.semi_width,
+            self.contact.relaxation_lengths,
+        )
+        layer = LAYER_LINE if isinstance(contact, LineContact) else LAYER_ELLIPSE
+        clean, slope = (self.table.slope(0.0, self.k_hat, lam) for lam in (0.0, self.layer_ratio))
+        softer = float(clean / slope) - 1.0
+        along, across = (
+            (float(length) + share * layer.length) / (1.0 + share)
+            for length, share in (
+                (lengths.longitudinal, softer),
+                (lengths.lateral, softer * contact.lateral_stiffness_ratio),
+            )
+        )
+        compliance = float(lengths.longitudinal / (contact.standing_stiffness * clean))
+        compliance += self.layer_ratio / layer.stiffness
         return {
-            "relaxation_length": float(lengths.longitudinal) * contact.semi_width,
-            "lateral_relaxation_length": float(lengths.lateral) * contact.semi_width,
-            "standing_stiffness": contact.standing_stiffness,
-            "initial_slope": float(self.table.slope(0.0, self.k_hat, self.layer_ratio)),
+            "relaxation_length": along * width,
+            "lateral_relaxation_length": across * width,
+            "standing_stiffness": along / float(slope) / compliance,
+            "initial_slope": float(slope),
         }
 
     @property

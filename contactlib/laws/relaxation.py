@@ -99,6 +99,22 @@ def of_line(length: float, nu: float) -> RelaxationLengths:
     return RelaxationLengths(longitudinal, along(-nu, 1.0 + nu), 0.0)
 
 
+class LayerMemory(NamedTuple):
+    """A contact that is a layer alone, of rigid bodies: closed forms.
+
+    In full stick traction grows in proportion to the distance from the leading edge. `length` is
+    the relaxation length over a, and `stiffness` what a contact at standstill has of q for a
+    displacement over a zeta0, times the layer ratio L E*/(2 a).
+    """
+
+    length: float
+    stiffness: float
+
+
+LAYER_LINE = LayerMemory(2.0 / 3.0, 4.0 / math.pi)
+LAYER_ELLIPSE = LayerMemory(3.0 * math.pi / 16.0, 1.5)
+
+
 def standing_stiffness(a_over_b: float, nu: float) -> float:
     """Slope dq/d(x s) of an ellipse that stands still in full stick: Mindlin's problem [1].
 

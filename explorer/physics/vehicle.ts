@@ -91,12 +91,22 @@ export function forceParameters(v: Vehicle): ForceParameters {
 export function rollingParameters(v: Vehicle): ForceParameters {
   const steady = forceParameters(v);
   if (!v.memory) return steady;
-  const [length, standing_stiffness] = v.contact === "line" ? memoryOfLine(v)
+  const line = v.contact === "line", table = kernel.tables[v.contact];
+  const [length, standing] = line ? memoryOfLine(v)
     : memoryOfEllipse(v, steady.contact_modulus / contactModulus(v));
-  const { k_hat, layer_ratio } = scalesOf(steady), table = kernel.tables[v.contact];
-  const { slope: initial_slope } = kernel.filled("creep_value", (to) =>
-    kernel.module.creep_table_evaluate(table, 0, k_hat, layer_ratio, to));
-  return { ...steady, relaxation_length: length * v.semi_width, standing_stiffness, initial_slope };
+  const { k_hat, layer_ratio } = scalesOf(steady);
+  const slope = (layer: number): number => kernel.filled("creep_value", (to) =>
+    kernel.module.creep_table_evaluate(table, 0, k_hat, layer, to)).slope;
+  // A layer adds its compliance, see contactlib/laws/relaxation.py.
+  const initial_slope = slope(layer_ratio), clean = slope(0), softer = clean / initial_slope - 1;
+  const whole = (length + softer * (line ? 2 / 3 : (3 * Math.PI) / 16)) / (1 + softer);
+  const compliance = length / (standing * clean) + layer_ratio / (line ? 4 / Math.PI : 1.5);
+  return {
+    ...steady,
+    relaxation_length: whole * v.semi_width,
+    standing_stiffness: whole / initial_slope / compliance,
+    initial_slope,
+  };
 }
 
 /** Relaxation length over the semi-width, and stiffness at standstill over that of its lag, of an

@@ -125,8 +125,9 @@ def test_memory_is_that_of_python(page: ExplorerPage, places: list[Place]) -> No
         if isinstance(contact, cl.LineContact) and contact.length < 4.0 * contact.semi_width:
             assert "needs a line contact" in its
             continue
-        expected = at.wheelset.element.rolling_parameters
+        expected = dict(at.wheelset.element.rolling_parameters)
         assert expected["relaxation_length"] > 0.0
+        del expected["lateral_relaxation_length"]  # the page has no lateral slip
         assert {key: its[key] for key in expected} == pytest.approx(expected, rel=1e-12)
     assert {type(its) for its in found} == {str, dict}
     assert {its["elliptic"] for its in found if isinstance(its, dict)} == {0.0, 1.0}
