@@ -72,11 +72,19 @@ def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
         assert bits(its) == bits(native(*case)), case
 
 
+REMEMBERING = {
+    "relaxation_length": 5e-3,
+    "lateral_relaxation_length": 4e-3,
+    "standing_stiffness": 0.9,
+    "initial_slope": 2.0,
+}
+NO_MEMORY = {**REMEMBERING, "relaxation_length": 0.0}
+
+
 def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
     """Contact of a random wheelset, its parameters, and an input of its force element."""
     wheelset = random_wheelset(rng)
-    memory = {"standing_stiffness": 0.9, "initial_slope": 2.0}
-    parameters = {**wheelset.element.parameters, **memory}
+    parameters = {**wheelset.element.parameters, **REMEMBERING}
     parameters["relaxation_length"] = float(rng.choice([0.0, rng.uniform(1e-3, 1e-2)]))
     if rng.random() < 0.3:
         parameters["weakening_length"] = 0.0
@@ -88,6 +96,7 @@ def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
         "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
         "friction_scale": rng.uniform(0.2, 1.5),
         "held_traction": rng.uniform(-0.4, 0.4),
+        "held_lateral": rng.uniform(-0.4, 0.4),
         "unslipped": rng.uniform(0.0, 1.0),
         "lateral_velocity": 0.0,
         "spin_velocity": 0.0,
@@ -149,10 +158,8 @@ GIVEN |= {"friction_left": 1.0, "friction_right": 1.0}
 FREE = {"inverse_mass": 7e-6}
 ELLIPSE = {"load_exponent": 1.0 / 3.0}
 WARM = {**ELLIPSE, "softening_temperature": 600.0, "thermal_effusivity": 13e3, "elliptic": 1.0}
-NO_MEMORY = {"relaxation_length": 0.0, "standing_stiffness": 1.0, "initial_slope": 1.0}
 DECAYING = {**ELLIPSE, "slip_rate_residual": 0.5, "slip_rate_decay": 0.8}
 RESISTED = {**FREE, "constant_resistance": 1.8e3, "quadratic_resistance": 3.1}
-REMEMBERING = {"relaxation_length": 5e-3, "standing_stiffness": 0.9, "initial_slope": 2.0}
 TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers]] = {
     "a rig": ("line", {}, RIGID, {}),
     "a locomotive's elliptic contact": ("elliptic", DECAYING, RIGID, RESISTED),
