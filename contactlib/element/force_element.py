@@ -109,7 +109,7 @@ class ForceElement(Parameters):
         that of one wheel. Default: 1.
     memory : bool, optional
         Whether the force depends on what the contact rolled over: it then follows changes of the
-        creepage over the distance rolled, and FMUs and runs have two more states. In steady rolling
+        creepage over the distance rolled, and FMUs and runs have more states. In steady rolling
         nothing changes. Default: no memory, every instant is steady.
     load_exponent : float, optional
         Semi-width and peak pressure, and so zeta0, the scale of the creepage axis, grow like the

@@ -53,6 +53,13 @@ KINEMATIC = {
     "unloaded": ("normal_load",),
 }
 BODY_INPUTS = {"drive_torque", "resistance_force"}
+# A contact with memory holds its force, so no algebraic loop leads through it.
+HELD = {
+    "creep_force": ("held_traction", "normal_load", "friction_scale"),
+    "wheel_torque": ("held_traction", "normal_load", "friction_scale"),
+    "lateral_force": ("held_lateral", "normal_load", "friction_scale"),
+    "traction_coefficient": ("held_traction", "normal_load", "friction_scale"),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -383,5 +390,6 @@ class Description:
         if variable.role == "state":
             needed = {variable.name}
         elif variable.role == "output":
-            needed = set(KINEMATIC.get(variable.name, needed - BODY_INPUTS))
+            fewer = KINEMATIC | (HELD if self.remembers else {})
+            needed = set(fewer.get(variable.name, needed - BODY_INPUTS))
         return [v.name for v in known if v.name in needed or v.causality == "parameter"]
