@@ -75,6 +75,8 @@ class Contact:
         The force that is even across the contact, so that half of it is solved; "" for none.
     layer : float
         Displacement by a layer between the bodies over that by E* on a length of 2 a, L E*/(2 a).
+    line : bool
+        A line contact of the length 2 b, whose pressure is the same at every Y.
     """
 
     def __init__(
@@ -86,12 +88,13 @@ class Contact:
         components: str = "xy",
         symmetry: str = "",
         layer: float = 0.0,
+        line: bool = False,
     ) -> None:
         nu, b, count = poisson_ratio, 1.0 / a_over_b, len(components)
         self.step, self.components, self.symmetry = 2.0 / columns, components, symmetry
         borders = b * np.cos(np.arange(2 * rows + 1) * np.pi / (2 * rows))
         across, height = 0.5 * (borders[:-1] + borders[1:]), -np.diff(borders)
-        chords = np.sqrt(1.0 - (across / b) ** 2)
+        chords = np.ones(2 * rows) if line else np.sqrt(1.0 - (across / b) ** 2)
         numbers = np.maximum(np.rint(2.0 * chords / self.step).astype(int), 1)
         ends = [
             w - self.step * np.r_[:n, 2.0 * w / self.step]
@@ -294,9 +297,10 @@ def contact(
     components: str = "xy",
     symmetry: str = "",
     layer: float = 0.0,
+    line: bool = False,
 ) -> Contact:
     """Give a discretised ellipse, made once."""
-    return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry, layer)
+    return Contact(a_over_b, poisson_ratio, columns, rows, components, symmetry, layer, line)
 
 
 # Histories of x against the rolled distance that the guide draws, and where they end.
@@ -318,6 +322,7 @@ def history(
     k_hat: float = 0.0,
     component: str = "x",
     layer: float = 0.0,
+    line: bool = False,
     grids: tuple[int, int] = GRIDS,
 ) -> tuple[FloatArray, FloatArray]:
     """Give rolled distances and forces, extrapolated, from the steady state of x(0).
@@ -328,7 +333,7 @@ def history(
     decay = np.pi * k_hat**2 / (2.0 * excess) if excess else 1.0
     way, forces = "xy".index(component), []
     for columns in grids:
-        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component, layer)
+        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component, layer, line)
         state, q, creepage = grid.at_rest(), [0.0], np.zeros(3)
         for i in range(-round(8.0 / grid.step) if x(0.0) else 0, round(end / grid.step)):
             creepage[way] = x(max(i + 0.5, 0.0) * grid.step)

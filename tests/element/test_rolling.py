@@ -4,12 +4,13 @@ import functools
 import math
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from transient_rolling import GRIDS, history
 from transient_rolling import contact as reference_contact
-from transient_rolling import history
 
 import contactlib as cl
 from contactlib import kernel
@@ -61,7 +62,7 @@ def strips_zeta0(of: cl.ForceElement) -> float:
 
 def rolled(of: cl.ForceElement, s: FloatArray, x: FloatArray) -> FloatArray:
     force = cl.roll(of, creepage=x * strips_zeta0(of), distance=s * of.contact.semi_width)
-    return force / (KINETIC * LOAD)
+    return force / (KINETIC * of.contact.normal_load)
 
 
 def errors(
@@ -72,11 +73,20 @@ def errors(
     excess: float = 0.0,
     k_hat: float = 0.0,
     layer: float = 0.0,
+    line: cl.ForceElement | None = None,
 ) -> FloatArray:
     """Errors of q at the reference's distances; a step at zero takes 1e-6 a."""
-    of = element(aspect, nu, excess, k_hat, layer)
+    of = line or element(aspect, nu, excess, k_hat, layer)
     s, q = history(
-        x, end, a_over_b=aspect, poisson_ratio=nu, excess=excess, k_hat=k_hat, layer=layer
+        x,
+        end,
+        a_over_b=aspect,
+        poisson_ratio=nu,
+        excess=excess,
+        k_hat=k_hat,
+        layer=layer,
+        line=line is not None,
+        grids=(16, 32) if line else GRIDS,
     )
     fine = np.r_[0.0, 1e-6, np.linspace(0.0, end, 40 * s.size)[1:]]
     found = rolled(of, fine, np.array([x(0.0), *map(x, fine[1:])]))
@@ -109,6 +119,23 @@ def test_steps_of_constant_friction(aspect: float, nu: float, layer: float) -> N
     every = np.concatenate(found)
     assert rms(every) < 0.03
     assert np.abs(every).max() < 0.14
+
+
+@pytest.mark.parametrize("length", [6.0, pytest.param(24.0, marks=pytest.mark.slow)])
+def test_steps_of_a_line_contact(length: float) -> None:
+    contact = cl.LineContact(
+        normal_load_per_length=7e6,
+        radius=0.46,
+        contact_modulus=1.15e11,
+        poisson_ratio=0.28,
+    )
+    contact = replace(contact, length=length * contact.semi_width)
+    friction = cl.Friction(static=KINETIC, kinetic=KINETIC, weakening_length=0.0)
+    table = cl.carter_griffith_table("line")
+    of = cl.ForceElement(contact, friction, table=table, radius=0.46, memory=True)
+    found = [errors(step(a, b), 8.0, 2.0 / length, 0.28, line=of) for a, b in STEPS]
+    assert rms(np.concatenate(found)) < 0.03
+    assert np.abs(np.concatenate(found)).max() < 0.1
 
 
 @pytest.mark.parametrize("rate", [0.1, 0.3, 1.0])
