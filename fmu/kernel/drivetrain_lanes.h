@@ -95,7 +95,8 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                  .unslipped = y[UNSLIPPED_LEFT + side][l]};
 }
 
-ALWAYS_INLINE void memory_rates_of(const force_element_output *out, wheel_action *action) {
+/* Set what memory changes; half a wheelset's force is that of a wheel. */
+ALWAYS_INLINE void hold_action(double half, const force_element_output *out, wheel_action *action) {
     const double rates[2][5] = {
         {out->traction_rate, out->traction_by_omega, out->traction_by_speed,
          out->traction_by_traction, out->traction_by_unslipped},
@@ -104,8 +105,13 @@ ALWAYS_INLINE void memory_rates_of(const force_element_output *out, wheel_action
     };
     for (int k = 0; k < 2; k++) {
         action->rate[k] = rates[k][0];
-        memcpy(action->by[k], &rates[k][1], sizeof action->by[k]);
+        for (int i = 0; i < 4; i++) action->by[k][i] = rates[k][1 + i];
     }
+    action->force = half * out->creep_force;
+    action->by_omega = half * out->force_by_omega;
+    action->by_speed = half * out->force_by_speed;
+    action->by_traction = half * out->force_by_traction;
+    action->sticking = out->sticking;
 }
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
@@ -154,7 +160,8 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         };
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
-    for (int l = 0; g->remembering && l < LANES; l++) {
+    if (!g->remembering) return;
+    EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         TAKE(force_state, at, state);
         TAKE(wheel_action, action, g->wheel[side]);
@@ -162,15 +169,20 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         force_element_output out;
         creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
         finish_force(g->table, &p, &in, &at, q, &out);
-        if (g->loaded[side][l] > 0.0 && has_friction(&in)) memory_action(&p, &in, &at, &out);
-        else fade_memory(&p, &in, &at, &out);
-        double half = 0.5 * g->loaded[side][l];
-        action.force = half * out.creep_force;
-        action.by_omega = half * out.force_by_omega;
-        action.by_speed = half * out.force_by_speed;
-        action.by_traction = half * out.force_by_traction;
-        action.sticking = out.sticking;
-        memory_rates_of(&out, &action);
+        memory_action(&p, &in, &at, &out);
+        hold_action(0.5 * g->loaded[side][l], &out, &action);
+        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
+    }
+    for (int l = 0; l < LANES; l++) {
+        TAKE(force_element_parameters, p, g->contact[side]);
+        force_element_input in = wheel_input(g, side, y, &p, l);
+        if (g->loaded[side][l] > 0.0 && has_friction(&in)) continue;
+        TAKE(force_state, at, state);
+        TAKE(wheel_action, action, g->wheel[side]);
+        force_element_output out;
+        memset(&out, 0, sizeof out);
+        fade_memory(&p, &in, &at, &out);
+        hold_action(0.0, &out, &action);
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
 }

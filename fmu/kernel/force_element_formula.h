@@ -487,7 +487,7 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
     memory_place m = memory_at(p, in, at, 0.0, steady);
-    for (int i = 0; i < 5; i++) {
+    UNROLLED for (int i = 0; i < 5; i++) {
         memory_direction d;
         double rate[3];
         memset(&d, 0, sizeof d);

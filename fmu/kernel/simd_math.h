@@ -14,6 +14,15 @@
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 #endif
 
+/* A short loop inside one over lanes, which is vectorised only once this one is unrolled. */
+#if defined(__clang__)
+#define UNROLLED _Pragma("clang loop unroll(full)")
+#elif defined(__GNUC__) && __GNUC__ >= 8
+#define UNROLLED _Pragma("GCC unroll 8")
+#else
+#define UNROLLED
+#endif
+
 /* Smaller and larger of two numbers, not NaN: one instruction each, unlike fmin and fmax. */
 ALWAYS_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 

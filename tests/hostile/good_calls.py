@@ -470,8 +470,8 @@ REPORTED_AS = {
     ("Friction.from_function", "level"): "f|kinetic",
     ("Scenario", "design_speed"): "speed",
     ("operating_point", "friction_scale"): "friction_scale|drive_torque",
-    ("LineContact", "normal_load_per_length"): "semi_width",
-    ("LineContact.from_semi_width", "radius"): "length",
+    ("LineContact", "normal_load_per_length"): "normal_load_per_length|semi_width",
+    ("LineContact.from_semi_width", "radius"): "radius|length",
     ("fit", "low"): "kinetic",
     ("fit", "high"): "kinetic",
 }
