@@ -20,15 +20,9 @@ typedef struct {
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     const wheelset_input *held = m->input;
-    force_element_input in = {.omega = y[0][0],
-                              .speed = y[1][0],
-                              .normal_load = held->normal_load,
-                              .friction_scale = held->friction_scale,
-                              .held_traction = y[2][0],
-                              .held_lateral = y[3][0],
-                              .unslipped = y[4][0],
-                              .lateral_velocity = held->lateral_velocity,
-                              .spin_velocity = held->spin_velocity};
+    force_element_input in = {
+        y[0][0], y[1][0], held->normal_load,      held->friction_scale, y[2][0],
+        y[3][0], y[4][0], held->lateral_velocity, held->spin_velocity};
     force_element_output out;
     wheelset_rates rates;
     force_element_evaluate(m->table, m->contact, &in, &out);

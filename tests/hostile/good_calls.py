@@ -470,8 +470,13 @@ REPORTED_AS = {
     ("Friction.from_function", "level"): "f|kinetic",
     ("Scenario", "design_speed"): "speed",
     ("operating_point", "friction_scale"): "friction_scale|drive_torque",
+    # Its length over its semi-width may be too small for relaxation lengths.
     ("LineContact", "normal_load_per_length"): "normal_load_per_length|semi_width",
+    ("LineContact", "radius"): "radius|semi_width",
+    ("LineContact", "contact_modulus"): "contact_modulus|semi_width",
     ("LineContact.from_semi_width", "radius"): "radius|length",
+    ("LineContact.from_semi_width", "contact_modulus"): "contact_modulus|length",
+    ("LineContact.from_semi_width", "normal_load"): "normal_load|length",
     ("fit", "low"): "kinetic",
     ("fit", "high"): "kinetic",
 }
