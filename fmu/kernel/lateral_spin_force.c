@@ -220,7 +220,11 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
             scale[2] * (direction * d.force[2] + force[2] * (direction * d.log_width + turned));
         if (remembers(p)) {
             memory_place m = memory_of(&there, in, &s);
-            change_of_memory(&there, &s, &m, &d, din, &dout->traction_rate);
+            double rate[3];
+            change_of_memory(&there, &s, &m, &d, din, rate);
+            dout->traction_rate = rate[0];
+            dout->lateral_rate = rate[1];
+            dout->unslipped_rate = rate[2];
             dout->traction_coefficient = din->held_traction;
             dout->creep_force =
                 in->held_traction * din->normal_load + in->normal_load * din->held_traction;
