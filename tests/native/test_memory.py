@@ -319,16 +319,16 @@ def test_nothing_diverges_at_any_step_or_speed(
             slip = float(rng.choice([-1.0, 0.0, 1.0]) * 10 ** rng.uniform(-8.0, 2.0))
             given = {"normal_load": load * float(rng.choice([0.0, 1e-6, 0.5, 1.0, 3.0]))}
             if kind == "force_element":
-                across = slip * float(rng.choice([0.0, 0.1, 1.0]))
+                aside = slip * float(rng.choice([0.0, 0.1, 1.0]))
                 given |= {"omega": (speed + slip) / radius, "speed": speed}
-                given |= {"lateral_velocity": across}
+                given |= {"lateral_velocity": aside}
             else:
                 given |= {"drive_torque": float(rng.uniform(-3e4, 3e4))}
             model.set(**given)
             model.evaluate()
             model.advance(float(10 ** rng.uniform(-9.0, 1.0)))
-            *held, unslipped = model.get("held_traction", "held_lateral", "unslipped")
-            assert np.hypot(*held) <= friction.static * (1.0 + 1e-3)
+            along, across, unslipped = model.get("held_traction", "held_lateral", "unslipped")
+            assert np.hypot(along, across) <= friction.static * (1.0 + 1e-3)
             assert -1e-2 < unslipped < 1.01
             assert np.isfinite(model.get("omega", "speed", "creep_force")).all()
 
