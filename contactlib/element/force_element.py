@@ -291,11 +291,8 @@ class ForceElement(Parameters):
         weighted by their compliances in rolling, and the compliance at standstill is their sum.
         Against half-spaces with a layer the lengths err by 5 % and the stiffness by 2 %.
         """
-        contact, width, lengths = (
-            self.contact,
-            self.contact.semi_width,
-            self.contact.relaxation_lengths,
-        )
+        contact = self.contact
+        width, lengths = contact.semi_width, contact.relaxation_lengths
         layer = LAYER_LINE if isinstance(contact, LineContact) else LAYER_ELLIPSE
         clean, slope = (self.table.slope(0.0, self.k_hat, lam) for lam in (0.0, self.layer_ratio))
         softer = float(clean / slope) - 1.0

@@ -27,7 +27,10 @@ MODEL_NAMES = {
     "creep_forces": "CreepForces",
 }
 MEMORY = (  # of a contact with memory
-    *("relaxation_length", "lateral_relaxation_length", "standing_stiffness", "initial_slope"),
+    "relaxation_length",
+    "lateral_relaxation_length",
+    "standing_stiffness",
+    "initial_slope",
 )
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
@@ -55,10 +58,13 @@ KINEMATIC = {
 BODY_INPUTS = {"drive_torque", "resistance_force"}
 # A contact with memory holds its force, so no algebraic loop leads through it.
 HELD = {
-    "creep_force": ("held_traction", "normal_load", "friction_scale"),
-    "wheel_torque": ("held_traction", "normal_load", "friction_scale"),
-    "lateral_force": ("held_lateral", "normal_load", "friction_scale"),
-    "traction_coefficient": ("held_traction", "normal_load", "friction_scale"),
+    name: (state, "normal_load", "friction_scale")
+    for name, state in {
+        "creep_force": "held_traction",
+        "wheel_torque": "held_traction",
+        "traction_coefficient": "held_traction",
+        "lateral_force": "held_lateral",
+    }.items()
 }
 
 

@@ -42,7 +42,8 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
 }
 
 /* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
- * speed, of torques to torque plus that of kinetic friction, of tractions to kinetic friction. */
+ * speed, of torques to torque plus that of kinetic friction, of tractions to traction plus kinetic
+ * friction. */
 static void drivetrain_error(void *model, rows y, rows error, lanes size) {
     group *g = model;
     EACH_LANE (l) {
@@ -56,7 +57,8 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
             double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
             found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
             if (g->remembering)
-                found += fabs(error[TRACTION_LEFT + i][l]) / contact.kinetic_friction +
+                found += fabs(error[TRACTION_LEFT + i][l]) /
+                             traction_scale(&contact, fabs(y[TRACTION_LEFT + i][l])) +
                          fabs(error[UNSLIPPED_LEFT + i][l]);
         }
         double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);

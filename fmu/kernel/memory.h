@@ -59,6 +59,12 @@ ALWAYS_INLINE double slowest_speed(const force_element_parameters *p) {
     return remembers(p) ? STANDSTILL : p->minimum_speed;
 }
 
+/* What errors of a held force over the load are relative to: beyond 1e3, far above any friction, a
+ * substep has diverged, and an error relative to its end would be small. */
+ALWAYS_INLINE double traction_scale(const force_element_parameters *p, double held) {
+    return smaller(held, 1e3) + p->kinetic_friction;
+}
+
 /* What the flow depends on, and its changes by each. */
 enum { BY_X, BY_RATIO, BY_K, BY_WEAKENING, BY_TRACTION, BY_UNSLIPPED, BY_PACE, MEMORY_ARGUMENTS };
 typedef double memory_gradient[MEMORY_ARGUMENTS];

@@ -47,11 +47,10 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
         for (int k = 0; k < 5; k++) j[i][k][0] = *by++;
 }
 
-/* Of the memory alone. The limit of the traction is far above friction: beyond it the substep has
- * diverged, and an error relative to its end would be small. */
+/* Of the memory alone. */
 static void memory_error_size(void *model, rows y, rows error, lanes size) {
     const motion *m = (const motion *)model;
-    double traction = smaller(fabs(y[2][0]) + fabs(y[3][0]), 1e3) + m->contact->kinetic_friction;
+    double traction = traction_scale(m->contact, fabs(y[2][0]) + fabs(y[3][0]));
     size[0] = (fabs(error[2][0]) + fabs(error[3][0])) / traction + fabs(error[4][0]);
 }
 
