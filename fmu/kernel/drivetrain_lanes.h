@@ -95,8 +95,8 @@ ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                  .unslipped = y[UNSLIPPED_LEFT + side][l]};
 }
 
-/* Set what memory changes; half a wheelset's force is that of a wheel. */
-ALWAYS_INLINE void hold_action(double half, const force_element_output *out, wheel_action *action) {
+/* Set force and memory; half a wheelset's force is that of a wheel. */
+ALWAYS_INLINE void set_action(double half, const force_element_output *out, wheel_action *action) {
     const double rates[2][5] = {
         {out->traction_rate, out->traction_by_omega, out->traction_by_speed,
          out->traction_by_traction, out->traction_by_unslipped},
@@ -115,7 +115,7 @@ ALWAYS_INLINE void hold_action(double half, const force_element_output *out, whe
 }
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
-ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
+ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal, int remembering) {
     lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
@@ -150,30 +150,16 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
         wheel_action action = {
-            .force = half * out.creep_force,
-            .by_omega = half * out.force_by_omega,
-            .by_speed = half * out.force_by_speed,
             .saturation = loaded ? out.saturation_creepage : 1.0,
             .creepage = out.creepage,
             .falling = loaded ? out.falling_branch : 0.0,
             .steady = loaded ? out.steady_traction : 0.0,
         };
+        if (remembering) memory_action(&p, &in, &at, &out);
+        set_action(half, &out, &action);
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
-    if (!g->remembering) return;
-    EACH_LANE (l) {
-        TAKE(force_element_parameters, p, g->contact[side]);
-        TAKE(force_state, at, state);
-        TAKE(wheel_action, action, g->wheel[side]);
-        force_element_input in = wheel_input(g, side, y, &p, l);
-        force_element_output out;
-        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
-        finish_force(g->table, &p, &in, &at, q, &out);
-        memory_action(&p, &in, &at, &out);
-        hold_action(0.5 * g->loaded[side][l], &out, &action);
-        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
-    }
-    for (int l = 0; l < LANES; l++) {
+    for (int l = 0; remembering && l < LANES; l++) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         if (g->loaded[side][l] > 0.0 && has_friction(&in)) continue;
@@ -182,14 +168,16 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal) {
         force_element_output out;
         memset(&out, 0, sizeof out);
         fade_memory(&p, &in, &at, &out);
-        hold_action(0.0, &out, &action);
+        set_action(0.0, &out, &action);
         put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
     }
 }
 
 static void wheel(group *g, int side, rows y) {
-    if (g->thermal) wheel_of(g, side, y, 1);
-    else wheel_of(g, side, y, 0);
+    if (g->remembering && g->thermal) wheel_of(g, side, y, 1, 1);
+    else if (g->remembering) wheel_of(g, side, y, 0, 1);
+    else if (g->thermal) wheel_of(g, side, y, 1, 0);
+    else wheel_of(g, side, y, 0, 0);
 }
 
 /* Whether two numbers differ in any bit; zeros of different sign do. */

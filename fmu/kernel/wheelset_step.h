@@ -23,10 +23,10 @@ typedef struct {
 } wheelset_input;
 
 /* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
- * saturation, to the speed plus the minimum speed, of the held forces over the load to kinetic
- * friction. It returns the one that was held, which is larger after very many substeps. substep is
- * the length to try first (0: not known) and returns the one to try next. Returns NULL, or why the
- * step failed; the state is then unchanged. */
+ * saturation, to the speed plus the minimum speed, and to the held forces over the load plus
+ * kinetic friction. It returns the one that was held, which is larger after very many substeps.
+ * substep is the length to try first (0: not known) and returns the one to try next. Returns NULL,
+ * or why the step failed; the state is then unchanged. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
                                             const force_element_parameters *contact,
                                             const wheelset_parameters *body,
