@@ -27,13 +27,14 @@ static double random_number(unsigned *state) {
     return 2.0 * (double)*state / 4294967296.0 - 1.0;
 }
 
-static void run(double step, double implicit, const double memory[3], double *times) {
+static void run(double step, double implicit, const double memory[4], double *times) {
     contactlib_element wheel;
     contactlib_start(&wheel);
     wheel.implicit = implicit;
     wheel.contact.relaxation_length = memory[0];
-    wheel.contact.standing_stiffness = memory[1];
-    wheel.contact.initial_slope = memory[2];
+    wheel.contact.lateral_relaxation_length = memory[1];
+    wheel.contact.standing_stiffness = memory[2];
+    wheel.contact.initial_slope = memory[3];
     double radius = wheel.contact.radius, load = wheel.input.normal_load;
     double speed = wheel.input.speed, largest = wheel.contact.static_friction * load * radius;
     double inertia = radius * radius / wheel.effective_inverse_mass;
@@ -61,9 +62,9 @@ static int compare(const void *a, const void *b) {
 }
 
 int main(int count, char **argument) {
-    if (count != 6) return 2;
+    if (count != 7) return 2;
     double step = atof(argument[1]), implicit = atof(argument[2]);
-    double memory[3] = {atof(argument[3]), atof(argument[4]), atof(argument[5])};
+    double memory[4] = {atof(argument[3]), atof(argument[4]), atof(argument[5]), atof(argument[6])};
     for (int k = 0; k < REPETITIONS; k++) {
         run(step, implicit, memory, once);
         for (int i = 0; i < STEPS; i++)

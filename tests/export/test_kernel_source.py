@@ -333,6 +333,11 @@ def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.M
         ({"radius": 0.0}, (1e-3,), "radius must be from 1e-06"),
         ({"relaxation_length": 1e-9}, (1e-3,), "relaxation_length must be 0 or from 1e-06 to 1000"),
         ({"relaxation_length": 8e-3}, (1e-3,), "relaxation_length needs standing_stiffness and"),
+        (
+            {"relaxation_length": 8e-3, "standing_stiffness": 0.8, "initial_slope": 2.0},
+            (1e-3,),
+            "relaxation_length needs lateral_relaxation_length",
+        ),
         ({"kinetic_friction": 2.0}, (1e-3,), "static_friction must be at least kinetic_friction"),
         ({"effective_inverse_mass": 0.0}, (1e-3,), "effective_inverse_mass must be from 1e-12"),
         ({}, (math.nan,), "step must be finite and above zero"),

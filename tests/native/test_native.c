@@ -240,6 +240,7 @@ typedef struct {
 static some_drivetrain random_drivetrain(int i, const force_element_parameters *parameters) {
     some_drivetrain d = {.contact = *parameters};
     d.contact.relaxation_length = i % 2 ? 8e-3 : 0.0;
+    d.contact.lateral_relaxation_length = 7e-3;
     d.train = (drivetrain_parameters){
         .body = SOME_BODY,
         .axle_stiffness = i % 3 ? random_exponent(3.0, 8.0) : 0.0,
@@ -657,6 +658,7 @@ int main(int count, char **arguments) {
     test_force(&table, parameters);
     parameters->load_exponent = 0.5;
     parameters->relaxation_length = 8e-3;
+    parameters->lateral_relaxation_length = 7e-3;
     test_force(&table, parameters);
     test_steps(&table, parameters);
     test_drivetrains(&table, parameters);

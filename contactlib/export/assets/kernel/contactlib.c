@@ -23,6 +23,8 @@ static const char *wrong_parameters(const contactlib_parameters *p) {
         return "static_friction must be at least kinetic_friction";
     if (p->relaxation_length > 0.0 && !(p->standing_stiffness > 0.0 && p->initial_slope > 0.0))
         return "relaxation_length needs standing_stiffness and initial_slope";
+    if (p->relaxation_length > 0.0 && !(p->lateral_relaxation_length > 0.0))
+        return "relaxation_length needs lateral_relaxation_length";
     double expected = TABLE.static_to_kinetic * p->kinetic_friction;
     if (expected > 0.0 && !(fabs(p->static_friction - expected) <= 1e-9 * expected))
         return "static_friction over kinetic_friction must be the table's ratio";
