@@ -375,6 +375,7 @@ static double magnitude(const model *m, const model_values *values, const model_
         double slip = fabs(p->radius * in->omega - in->speed) + zeta0 * reference;
         if (of == AT(contact.radius)) return fmin(size, slip / fabs(in->omega));
         if (of == AT(input.omega)) return slip / p->radius;
+        /* At almost no speed outputs change over the reference speed too. */
         if (of == AT(input.speed)) return fmin(slip, sqrt(slip * reference));
         if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
