@@ -389,9 +389,10 @@ result component_check(component *self, unsigned reference, int boolean, double 
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
     int running = (RUNNING >> self->now.stage & 1u) != 0;
+    int moving = self->now.stage == CONTINUOUS; /* a solver sets the states */
     const char *why = NULL;
     if (!model_is_given(v)) why = ": it is calculated";
-    else if (running && (v->role == FIXED_PARAMETER || v->role == STATE))
+    else if (running && (v->role == FIXED_PARAMETER || (v->role == STATE && !moving)))
         why = " after initialization";
     if (why != NULL) return component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
     return check_range(self, v, value);
