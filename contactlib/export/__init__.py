@@ -36,6 +36,8 @@ def export_fmu(
     implicit: bool = False,
     parallel_exchange: bool = False,
     booleans: bool = True,
+    wheels: int = 1,
+    per_wheel: Sequence[str] = (),
     author: str | None = None,
     version: str | None = None,
 ) -> Path:
@@ -57,13 +59,20 @@ def export_fmu(
         FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. A library that the
         installation lacks is compiled, which takes some seconds, and cached. Default: this
         machine's.
-        implicit, parallel_exchange : bool, optional
+    implicit, parallel_exchange : bool, optional
         Start values of the force element's parameters of these names: whether the element solves
         its own slip over a step, and whether both sides of the coupling step in parallel. Default:
         False.
     booleans : bool, optional
         Whether flags are Booleans. If not, they are real numbers, 0 or 1, for tools that read every
         output as a real number, as CasADi, CoFmuPy and PathSim do. Default: True.
+    wheels : int, optional
+        Number of wheels, or of wheelsets of kind "wheelset", that one call steps side by side, at
+        most 32. Their inputs, outputs and states are arrays in FMI 3, as ``omega`` with 8 elements,
+        and variables ``omega[1]`` to ``omega[8]`` in FMI 2. Default: 1.
+    per_wheel : sequence of str, optional
+        Names of parameters that each wheel has for itself, such as ``["static_friction"]``.
+        Default: the wheels have all parameters in common.
     author, version : str, optional
         Of the exported model, for its description. Default: not stated.
 
@@ -84,6 +93,8 @@ def export_fmu(
         implicit,
         parallel_exchange,
         booleans=booleans,
+        wheels=wheels,
+        per_wheel=per_wheel,
         author=author,
         version=version,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -87,9 +87,13 @@ class Variable:
     minimum, maximum : float or None
         Limits; None without any.
     start : float, bool or None
-        Start value; None if it is calculated.
+        Start value of each element; None if it is calculated.
     nominal : float or None
         Typical size, if known.
+    size : int
+        Number of elements of an array; 0 for a scalar.
+    wheel : int or None
+        Index of the wheel of a scalar that other wheels have too.
     """
 
     name: str
@@ -104,6 +108,8 @@ class Variable:
     maximum: float | None
     start: float | bool | None
     nominal: float | None
+    size: int = 0
+    wheel: int | None = None
 
     @property
     def unit(self) -> str:
@@ -116,6 +122,18 @@ class Variable:
         if self.causality in ("input", "independent"):
             return None
         return "calculated" if self.start is None else "exact"
+
+    def elements(self) -> list[Variable]:
+        """Scalar variables of the elements of an array, named as in ``omega[1]``."""
+        if not self.size:
+            return [self]
+        stem, end = (self.name[:-1], ")") if self.role == "derivative" else (self.name, "")
+        return [
+            replace(
+                self, name=f"{stem}[{i + 1}]{end}", reference=self.reference + i, size=0, wheel=i
+            )
+            for i in range(self.size)
+        ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,6 +160,12 @@ class Description:
         Whether truth values are Booleans; else real numbers, 0 or 1.
     whole_wheelset : bool, optional
         Whether the force element is all wheels of the wheelset. Default: one wheel.
+    wheels : int, optional
+        Number of wheels, or of wheelsets, that are side by side.
+    per_wheel : sequence of str, optional
+        Parameters that each wheel has for itself. Default: they have all in common.
+    arrays : bool, optional
+        Whether variables of each wheel are arrays; else there is a variable for each element.
     starts : mapping of str to float, optional
         Start values by name, in place of the model's; names that are not of this kind are ignored.
     author, version : str or None, optional
@@ -154,6 +178,9 @@ class Description:
     parallel_exchange: bool = False
     booleans: bool = True
     whole_wheelset: bool = False
+    wheels: int = 1
+    per_wheel: Sequence[str] = ()
+    arrays: bool = True
     starts: Mapping[str, float] = field(default_factory=dict)
     author: str | None = None
     version: str | None = None
@@ -174,6 +201,8 @@ class Description:
         for data in self.resources.values():
             digest.update(data)
         given = (self.text, self.start_values, self.booleans, self.author, self.version)
+        if self.wheels > 1:
+            given = (*given, self.wheels, *self.per_wheel)
         digest.update(repr(given).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
@@ -195,7 +224,8 @@ class Description:
     def carriers(self) -> str:
         """The wheels that share the load and give the force, in words."""
         wheels = self.element.wheels
-        return "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
+        one = "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
+        return one if self.wheels == 1 else f"each of {self.wheels}: {one}"
 
     @property
     def has_contact(self) -> bool:
@@ -245,7 +275,8 @@ class Description:
             "wheelset_body": "Wheelset without its creep force, which is an input",
             "creep_forces": f"Creep forces and spin moment of any ellipse ({table.law})",
         }
-        return f"{what[self.kind]}: {self.model.name}"
+        several = f"{self.wheels} times: " if self.wheels > 1 else ""
+        return f"{several}{what[self.kind]}: {self.model.name}"
 
     @property
     def effective_inverse_mass(self) -> float:
@@ -304,7 +335,13 @@ class Description:
             "if_thermal": self.kind != "wheelset_body" and thermal,
             "if_slip_counts": self.pair is not None and (thermal or decays),
         }
-        return tuple(self._variable(i, v) for i, v in entries if parts[v.part])
+        found = [self._variable(i, v) for i, v in entries if parts[v.part]]
+        return tuple(found if self.arrays else (e for v in found for e in v.elements()))
+
+    def is_common(self, name: str, role: str) -> bool:
+        """Whether all wheels have a variable in common."""
+        parameter = role.endswith("parameter") and name not in self.per_wheel
+        return self.wheels == 1 or role == "independent" or parameter
 
     def _variable(self, reference: int, entry: kernel.Variable) -> Variable:
         causality, variability = ROLES[entry.role]
@@ -316,7 +353,7 @@ class Description:
         low, high = entry.limits.at_least, entry.limits.at_most
         return Variable(
             name=entry.name,
-            reference=reference,
+            reference=reference if self.arrays else reference * self.wheels,
             description=self._described(entry),
             role=entry.role,
             causality=causality,
@@ -327,6 +364,7 @@ class Description:
             maximum=None if boolean or high >= UNLIMITED else high,
             start=start,
             nominal=self._nominals.get(entry.name),
+            size=0 if self.is_common(entry.name, entry.role) else self.wheels,
         )
 
     def _described(self, entry: kernel.Variable) -> str:
@@ -392,10 +430,16 @@ class Description:
 
     def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
         """Parameters, and the inputs and states from which a variable may be computed."""
-        needed = {v.name for v in known}
+        known = [v for v in known if v.wheel in (None, variable.wheel)]
+        stem = variable.name.split("[")[0]
+        needed = {v.name.split("[")[0] for v in known}
         if variable.role == "state":
-            needed = {variable.name}
+            needed = {stem}
         elif variable.role == "output":
             fewer = KINEMATIC | (HELD if self.remembers else {})
-            needed = set(fewer.get(variable.name, needed - BODY_INPUTS))
-        return [v.name for v in known if v.name in needed or v.causality == "parameter"]
+            needed = set(fewer.get(stem, needed - BODY_INPUTS))
+        return [
+            v.name
+            for v in known
+            if v.name.split("[")[0] in needed or v.causality == "parameter"
+        ]

@@ -94,7 +94,9 @@ def _add_variables(root: Element, description: Description) -> None:
         attributes = variable_attributes(v) | value_attributes(v)
         if v.name in state_of:
             attributes["derivative"] = str(state_of[v.name].reference)
-        SubElement(listed, "Boolean" if v.boolean else "Float64", attributes)
+        element = SubElement(listed, "Boolean" if v.boolean else "Float64", attributes)
+        if v.size:
+            SubElement(element, "Dimension", start=str(v.size))
 
 
 def _add_structure(root: Element, description: Description) -> None:

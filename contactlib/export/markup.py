@@ -136,7 +136,10 @@ def value_attributes(variable: Variable) -> dict[str, str]:
         "nominal": variable.nominal,
         "start": variable.start,
     }
-    return typed | {key: number(value) for key, value in values.items() if value is not None}
+    written = {key: number(value) for key, value in values.items() if value is not None}
+    if variable.size and "start" in written:
+        written["start"] = " ".join([written["start"]] * variable.size)
+    return typed | written
 
 
 def dependency_attributes(unknown: Unknown, indices: dict[str, int]) -> dict[str, str]:

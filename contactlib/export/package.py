@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contactlib import kernel
-from contactlib.base.quantities import FloatArray, shown, warn
+from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown, warn
 from contactlib.base.writing import c_sources
 from contactlib.export import fmi2, fmi3, page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from contactlib.files.model import Model
 
 
-START_VALUES_VERSION = 3
+START_VALUES_VERSION = 4
+MOST_WHEELS = 32  # in one FMU, as in fmu/fmi/model.h
 
 
 LONGEST_STEP = {  # [s]
@@ -80,6 +81,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     The inputs reach both branches: the creepage of the force element oscillates from traction to
     braking far past the peak; the drive torque of the wheelset exceeds what the contact can carry
     and returns. In the second half of the run the contact slips across rolling and spins, too.
+    Among several wheels each one slips less than the one before.
     """
     stop, step = experiment(description)
     time = step * np.arange(STEPS + 1, dtype=np.float64)
@@ -115,8 +117,13 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
             "lateral_velocity": start["speed"] * across,
             "spin_velocity": start["speed"] * turning,
         }
-    names = [v.name for v in description.of_role("input")]
-    return {"time": time, **{name: columns[name] for name in names}}
+    inputs = replace(description, arrays=True).of_role("input")
+    found = {"time": time}
+    for v in inputs:
+        first = columns[v.name][0]
+        for i, element in enumerate(v.elements()):
+            found[element.name] = first + (1.0 - 0.03 * i) * (columns[v.name] - first)
+    return found
 
 
 def reference_run(description: Description) -> bytes:
@@ -124,8 +131,10 @@ def reference_run(description: Description) -> bytes:
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     contact, start = description.native_contact, description.start_values
-    native = kernel.NativeModel(description.kind, contact, start)
-    outputs = [v.name for v in description.variables if v.causality == "output"]
+    native = kernel.NativeModel(description.kind, contact, start, description.wheels)
+    outputs = [
+        e.name for v in description.variables if v.causality == "output" for e in v.elements()
+    ]
     lines = [",".join(["time", *inputs, *outputs])]
     for i, t in enumerate(time.tolist()):
         if i > 0:
@@ -144,6 +153,8 @@ def describe(
     parallel_exchange: bool,
     *,
     booleans: bool = True,
+    wheels: int = 1,
+    per_wheel: Sequence[str] = (),
     author: str | None = None,
     version: str | None = None,
 ) -> Description:
@@ -162,21 +173,36 @@ def describe(
         printable = isinstance(text, str) and text.strip() and text.isprintable()
         if text is not None and not printable:
             raise ValueError(f"{name} = {shown(text)} must be text in one line")
-    return Description(
+    description = Description(
         model,
         kind,
         implicit=implicit,
         parallel_exchange=parallel_exchange,
         booleans=booleans,
+        wheels=checked_whole("wheels", wheels, Limits(at_least=1.0, at_most=MOST_WHEELS)),
+        per_wheel=tuple(per_wheel),
         author=author,
         version=version,
     )
+    if wheels > 1 and kind == "wheelset_body":
+        raise ValueError(f"wheels = {wheels} needs a kind with a contact, not {kind!r}")
+    names = [
+        v.name
+        for v in description.of_role("fixed_parameter", "tunable_parameter")
+        if v.unit != "Boolean" and v.name not in ("implicit", "parallel_exchange", "elliptic")
+    ]
+    for name in description.per_wheel:
+        if wheels == 1 or name not in names:
+            needed = "needs wheels > 1" if wheels == 1 else f"must be one of: {', '.join(names)}"
+            raise ValueError(f"per_wheel = {shown(name)} {needed}")
+    return description
 
 
 def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | None) -> bytes:
     """The FMU's bytes."""
     if not (isinstance(fmi_version, int) and fmi_version in (2, 3)):
         raise ValueError(f"fmi_version = {shown(fmi_version)} must be 2 or 3")
+    description = replace(description, arrays=fmi_version == 3)
     stop, step = experiment(description)
     sources = _sources(fmi_version)
     compiled = [name for name in sources if name.endswith(".c")]
@@ -216,9 +242,14 @@ def _sources(fmi_version: int) -> dict[str, bytes]:
 
 
 def _start_values_file(description: Description) -> bytes:
-    """Start values in the order of the variables, and what fmu/fmi/component.c reads too."""
-    ordered = [*description.start_values.values(), float(description.booleans)]
-    body = struct.pack(f"<{len(ordered)}d", *ordered)
+    """Number of wheels, and start values with their number, as fmu/fmi/component.c reads them."""
+    numbers = [float(description.wheels)]
+    for v in kernel.model_variables(description.kind):
+        if v.role in kernel.GIVEN:
+            count = 1 if description.is_common(v.name, v.role) else description.wheels
+            numbers += [float(count), *[description.start_values[v.name]] * count]
+    numbers.append(float(description.booleans))
+    body = struct.pack(f"<{len(numbers)}d", *numbers)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)
 
 

@@ -61,29 +61,43 @@ def _model(kind: str) -> Any:
 class NativeModel:
     """The model in an FMU, without FMI: values by name, steps and directional derivatives.
 
-    It checks names but no values.
+    It checks names but no values. Of several wheels ``omega[2]`` is the second one's variable;
+    ``omega`` sets all of them, and gets the first.
     """
 
-    def __init__(self, kind: str, table: NativeContact, start: Mapping[str, float]) -> None:
+    def __init__(
+        self, kind: str, table: NativeContact, start: Mapping[str, float], wheels: int = 1
+    ) -> None:
         self._lib, self._model, self._table = library(), _model(kind), table
         variables = model_variables(kind)
         self._entries = {v.name: self._model.variables + i for i, v in enumerate(variables)}
-        self._values = ffi.new("model_values *")
+        self._wheels, self._values = wheels, ffi.new("model_values[]", wheels)
         self.set(**start)
         self.evaluate()
+
+    def _place(self, name: str) -> tuple[Any, range]:
+        """Entry of a variable, and its wheels."""
+        if name in self._entries:
+            return self._entries[name], range(self._wheels)
+        stem, rest = name.split("[")
+        number, end = rest.split("]")
+        return self._entries[stem + end], range(int(number) - 1, int(number))
 
     def set(self, **values: float) -> None:
         """Set variables of any role; outputs do not change before `evaluate`."""
         for name, value in values.items():
-            self._lib.model_set(self._entries[name], self._values, float(value))
+            entry, wheels = self._place(name)
+            for wheel in wheels:
+                self._lib.model_set(entry, self._values + wheel, float(value))
 
     def get(self, *names: str) -> list[float]:
         """Values of the named variables."""
-        return [self._lib.model_get(self._entries[name], self._values) for name in names]
+        places = [self._place(name) for name in names]
+        return [self._lib.model_get(entry, self._values + wheels[0]) for entry, wheels in places]
 
     def evaluate(self) -> None:
         """Calculate outputs and derivatives from everything else."""
-        self._lib.model_evaluate(self._model, self._table.struct, self._values)
+        self._lib.model_evaluate(self._model, self._table.struct, self._values, self._wheels)
 
     def advance(self, step: float, tolerance: float = 1e-6) -> None:
         """Advance the states by one step with the inputs held.
@@ -93,9 +107,8 @@ class NativeModel:
         RuntimeError
             If the integrator gives up.
         """
-        error = self._lib.model_advance(
-            self._model, self._table.struct, self._values, step, tolerance
-        )
+        given = self._table.struct, self._values, self._wheels, step, tolerance
+        error = self._lib.model_advance(self._model, *given, ffi.new("size_t *"))
         if error != ffi.NULL:
             raise RuntimeError(ffi.string(error).decode())
         self.evaluate()
@@ -103,7 +116,7 @@ class NativeModel:
     @property
     def held_tolerance(self) -> float:
         """Tolerance of the last step, larger than requested if the wheel oscillates too often."""
-        return float(self._values.held_tolerance)
+        return float(self._values[0].held_tolerance)
 
     def explicit_step(self) -> float:
         """Largest step with which an explicit solver is stable at zero slip [s]."""

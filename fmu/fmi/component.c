@@ -10,7 +10,7 @@
 #include "file_io.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 3, STATE_VERSION = 1 };
+enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 4, STATE_VERSION = 2 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
@@ -65,7 +65,7 @@ result component_set_logging(component *self, int on, size_t count, const char *
 }
 
 result component_called(component *self, const char *function, unsigned allowed) {
-    if (allowed >> self->now.stage & 1u) return RESULT_OK;
+    if (allowed >> self->now->stage & 1u) return RESULT_OK;
     return component_log(self, RESULT_ERROR, "%s is not allowed in this state of the FMU",
                          function);
 }
@@ -113,36 +113,55 @@ static const model_variable *misplaced(const model *m, const model_values *start
 }
 
 static int states_in_range(const component *self) {
-    for (size_t i = 0; i < self->states; i++)
-        if (!is_in_range(self->state[i], model_get(self->state[i], &self->now.values))) return 0;
+    for (size_t i = 0; i < self->states * self->wheels; i++) {
+        const model_variable *v = self->state[i / self->wheels];
+        if (!is_in_range(v, model_get(v, &self->now->values[i % self->wheels]))) return 0;
+    }
     return 1;
 }
 
-/* The file holds parameters, inputs and states in the order of the list of variables, and whether
- * truth values are Booleans. */
-static const char *read_start_values(const model *m, model_values *values, double *booleans,
-                                     const void *bytes, size_t size) {
-    size_t expected = 1, at = CHECKED_FILE_FRAME;
+/* The file holds the number of wheels; parameters, inputs and states in the order of the list of
+ * variables, each after the number of its values; and whether truth values are Booleans. */
+static const char *read_start_values(component *self, const void *bytes, size_t size) {
+    const model *m = self->model;
     const char *error = checked_file_error(bytes, size, "CREEPVAL", START_VALUES_VERSION);
     if (error != NULL) return error;
-    for (size_t i = 0; i < m->count; i++) expected += (size_t)model_is_given(&m->variables[i]);
-    if (size != at + expected * sizeof(double)) return "the number of values is not the model's";
+    const double *number = (const void *)((const char *)bytes + CHECKED_FILE_FRAME);
+    size_t count = (size - CHECKED_FILE_FRAME) / sizeof *number, at = 1;
+    if (size % sizeof *number != 0) return "the file ends within a number";
+    if (count == 0 || !(number[0] >= 1.0 && number[0] <= MAX_WHEELS))
+        return "the number of wheels is out of range";
+    size_t wheels = self->wheels = (size_t)number[0];
+    self->start = calloc(wheels, sizeof *self->start);
+    if (self->start == NULL) return "out of memory";
     for (size_t i = 0; i < m->count; i++) {
-        if (!model_is_given(&m->variables[i])) continue;
-        double value;
-        memcpy(&value, (const char *)bytes + at, sizeof value);
-        model_set(&m->variables[i], values, value);
-        at += sizeof value;
+        const model_variable *v = &m->variables[i];
+        self->is_common[i] = v->role == INDEPENDENT;
+        if (!model_is_given(v)) continue;
+        int common = at < count && number[at] == 1.0;
+        size_t given = common ? 1 : wheels;
+        if (at >= count || (!common && number[at] != (double)wheels) || count - at - 1 < given ||
+            (common && wheels > 1 && (v->role == INPUT || v->role == STATE)))
+            return "the number of values is not the model's";
+        self->is_common[i] = (unsigned char)common;
+        for (size_t w = 0; w < wheels; w++)
+            model_set(v, &self->start[w], number[at + 1 + (common ? 0 : w)]);
+        at += 1 + given;
     }
-    memcpy(booleans, (const char *)bytes + at, sizeof *booleans);
-    return misplaced(m, values, values) == NULL ? NULL : "the file holds a value out of range";
+    if (count != at + 1) return "the number of values is not the model's";
+    self->has_booleans = number[at] != 0.0;
+    for (size_t w = 0; w < wheels; w++) {
+        self->start[w].spins = self->lateral_spin.shape.sets;
+        if (misplaced(m, &self->start[w], &self->start[w]) != NULL)
+            return "the file holds a value out of range";
+    }
+    return NULL;
 }
 
 static result load_resources(component *self, const char *location) {
     char text[MESSAGE_SIZE];
     const char *file = "creep_table.bin", *error = NULL;
     void *values = NULL;
-    double booleans = 1.0;
     size_t size;
     if (self->model->has_contact || self->model->has_pair) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
@@ -157,27 +176,28 @@ static result load_resources(component *self, const char *location) {
             error = lateral_spin_contact_open(&self->lateral_spin, self->shape_bytes, size);
         self->table.lateral_spin = &self->lateral_spin;
         self->table.pair = &self->pair;
-        self->start.spins = self->lateral_spin.shape.sets;
     }
     if (error == NULL) {
         file = "start_values.bin";
         error = resource_read(location, file, &values, &size, text, sizeof text);
-        if (error == NULL)
-            error = read_start_values(self->model, &self->start, &booleans, values, size);
-        self->has_booleans = booleans != 0.0;
+        if (error == NULL) error = read_start_values(self, values, size);
         free(values);
     }
     if (error == NULL) return RESULT_OK;
     return component_log(self, RESULT_ERROR, "resource %s: %s", file, error);
 }
 
+static size_t state_size(const component *self) {
+    return sizeof(component_state) + self->wheels * sizeof(model_values);
+}
+
 void component_reset(component *self) {
-    memset(&self->now, 0, sizeof self->now); /* padding too: states are compared as bytes */
-    self->now.values = self->start;
-    self->now.stop_time = INFINITY;
-    self->now.tolerance = DEFAULT_TOLERANCE;
-    self->now.stage = INSTANTIATED;
-    self->now.stale = 1;
+    memset(self->now, 0, state_size(self)); /* padding too: states are compared as bytes */
+    memcpy(self->now->values, self->start, self->wheels * sizeof(model_values));
+    self->now->stop_time = INFINITY;
+    self->now->tolerance = DEFAULT_TOLERANCE;
+    self->now->stage = INSTANTIATED;
+    self->now->stale = 1;
     self->warned = 0;
 }
 
@@ -192,10 +212,12 @@ result component_open(component *self, int model_exchange, const char *token,
     memset(self->token, 0, sizeof self->token);
     strcpy(self->token, token);
     if (load_resources(self, resources) != RESULT_OK) return RESULT_ERROR;
+    self->now = malloc(state_size(self));
+    if (self->now == NULL) return component_log(self, RESULT_ERROR, "out of memory");
     size_t rates = 0;
     for (size_t i = 0; i < self->model->count; i++) {
         const model_variable *v = &self->model->variables[i];
-        if (!model_has(v, &self->start)) continue;
+        if (!model_has(v, self->start)) continue;
         if (v->role == STATE) self->state[self->states++] = v;
         if (v->role == DERIVATIVE) self->rate[rates++] = v;
     }
@@ -206,6 +228,8 @@ result component_open(component *self, int model_exchange, const char *token,
 void component_close(component *self) {
     free(self->table_bytes);
     free(self->shape_bytes);
+    free(self->start);
+    free(self->now);
 }
 
 result component_set_up(component *self, double start, int has_stop, double stop, int has_tolerance,
@@ -217,46 +241,87 @@ result component_set_up(component *self, double start, int has_stop, double stop
     if (has_tolerance && !(tolerance > 0.0 && tolerance < INFINITY))
         return component_log(self, RESULT_ERROR, "tolerance = %s must be finite and > 0",
                              SHOWN(tolerance));
-    self->now.values.time = start;
-    self->now.stop_time = has_stop ? stop : INFINITY;
-    if (has_tolerance) self->now.tolerance = fmin(MAX_TOLERANCE, fmax(MIN_TOLERANCE, tolerance));
+    for (size_t w = 0; w < self->wheels; w++) self->now->values[w].time = start;
+    self->now->stop_time = has_stop ? stop : INFINITY;
+    if (has_tolerance) self->now->tolerance = fmin(MAX_TOLERANCE, fmax(MIN_TOLERANCE, tolerance));
     return RESULT_OK;
 }
 
 /* ---- values -------------------------------------------------------------------------------- */
 
+/* The index of a reference's variable in the model's list. */
+static size_t index_of(const component *self, unsigned reference) {
+    return self->has_arrays ? reference : reference / self->wheels;
+}
+
+size_t component_size(const component *self, unsigned reference) {
+    size_t i = index_of(self, reference);
+    return self->has_arrays && i < self->model->count && !self->is_common[i] ? self->wheels : 1;
+}
+
+size_t component_total_size(const component *self, const unsigned *references, size_t n) {
+    size_t total = 0;
+    for (size_t i = 0; i < n; i++) total += component_size(self, references[i]);
+    return total;
+}
+
+/* The wheel of an element of a variable. */
+static size_t wheel_of(const component *self, unsigned reference, size_t element) {
+    return self->has_arrays ? element : reference % self->wheels;
+}
+
 /* The variable of a value reference, if it is part of the model and has the expected type. */
 static const model_variable *find(component *self, unsigned reference, int boolean) {
     const model *m = self->model;
-    if (reference < m->count) {
-        const model_variable *v = &m->variables[reference];
+    size_t i = index_of(self, reference);
+    if (i < m->count && !(self->is_common[i] && wheel_of(self, reference, 0) > 0)) {
+        const model_variable *v = &m->variables[i];
         int typed = is_truth(v) && self->has_booleans;
-        if (typed == boolean && model_has(v, &self->start)) return v;
+        if (typed == boolean && model_has(v, self->start)) return v;
     }
     component_log(self, RESULT_ERROR, "value reference %u is not a %s variable", reference,
                   boolean ? "Boolean" : "real");
     return NULL;
 }
 
+/* A variable's name as the tool knows it. */
+static const char *name_at(const component *self, const model_variable *v, size_t wheel,
+                           char text[TOKEN_SIZE]) {
+    if (self->wheels == 1 || self->is_common[v - self->model->variables]) return v->name;
+    int derivative = v->role == DERIVATIVE; /* der(omega[3]) */
+    snprintf(text, TOKEN_SIZE, "%.*s[%zu]%s", (int)strlen(v->name) - derivative, v->name, wheel + 1,
+             derivative ? ")" : "");
+    return text;
+}
+
+#define NAME_AT(v, wheel) name_at(self, v, wheel, (char[TOKEN_SIZE]){0})
+
+/* Beginning of a message about one of several wheels. */
+static const char *wheel_text(const component *self, size_t wheel, char text[NUMBER_SIZE]) {
+    if (self->wheels > 1) snprintf(text, NUMBER_SIZE, "wheel %zu: ", wheel + 1);
+    return text;
+}
+
+#define WHEEL(wheel) wheel_text(self, wheel, (char[NUMBER_SIZE]){0})
+
 /* Limits that involve two variables. */
-static result check_friction(component *self) {
-    const model_values *v = &self->now.values;
+static result check_friction(component *self, size_t wheel) {
+    const model_values *v = &self->now->values[wheel];
     int any = self->model->has_pair;
     double at_rest = any ? v->pair.static_friction : v->contact.static_friction;
     double kinetic = any ? v->pair.kinetic_friction : v->contact.kinetic_friction;
     if (!(at_rest >= kinetic))
         return component_log(
             self, RESULT_DISCARD,
-            "static_friction = %s is out of range: must be at least kinetic_friction = "
-            "%s",
-            SHOWN(at_rest), SHOWN(kinetic));
+            "%sstatic_friction = %s is out of range: must be at least kinetic_friction = %s",
+            WHEEL(wheel), SHOWN(at_rest), SHOWN(kinetic));
     double held = self->table.static_to_kinetic, expected = held * kinetic;
     if (held > 0.0 && !(fabs(at_rest - expected) <= 1e-9 * expected))
         return component_log(
             self, RESULT_DISCARD,
-            "static_friction / kinetic_friction = %s must be %s, the only ratio for "
+            "%sstatic_friction / kinetic_friction = %s must be %s, the only ratio for "
             "which the table's law holds",
-            SHOWN_TO(10, at_rest / kinetic), SHOWN_TO(10, held));
+            WHEEL(wheel), SHOWN_TO(10, at_rest / kinetic), SHOWN_TO(10, held));
     return RESULT_OK;
 }
 
@@ -278,34 +343,37 @@ static int is_first(component *self, single_warning warning) {
 
 /* Log once that a wheel slips without a force because the tool has set no load or friction yet: it
  * may set unconnected inputs to zero. A wheel that lifts off had a load before. */
-static void check_grip(component *self) {
-    const model_values *v = &self->now.values;
+static void check_grip(component *self, size_t wheel) {
+    const model_values *v = &self->now->values[wheel];
     const force_element_input *in = &v->input;
-    if (!self->model->has_contact || !(RUNNING >> self->now.stage & 1u)) return;
+    if (!self->model->has_contact || !(RUNNING >> self->now->stage & 1u)) return;
     int load = in->normal_load > 0.0, friction = in->friction_scale > 0.0;
     int slips = v->contact.radius * in->omega != in->speed;
     if (!(slips || (load && friction)) || !is_first(self, NO_GRIP) || (load && friction)) return;
     component_log(
         self, RESULT_WARNING,
-        "there is no creep force although the wheel slips, as %s = %s since the start: is "
+        "%sthere is no creep force although the wheel slips, as %s = %s since the start: is "
         "this input connected?",
-        load ? "friction_scale" : "normal_load",
+        WHEEL(wheel), load ? "friction_scale" : "normal_load",
         SHOWN(load ? in->friction_scale : in->normal_load));
 }
 
 static result evaluate(component *self) {
-    if (!self->now.stale) return RESULT_OK;
+    if (!self->now->stale) return RESULT_OK;
     int rubs = self->model->has_contact || self->model->has_pair;
-    if (rubs && check_friction(self) != RESULT_OK) return RESULT_DISCARD;
-    self->model->evaluate(&self->table, &self->now.values);
-    self->now.stale = 0;
-    check_grip(self);
-    if (self->now.values.forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
-        component_log(
-            self, RESULT_WARNING,
-            "semi_axis_x / semi_axis_y = %s is outside 1/8 to 8: the shape of the force is "
-            "that of the nearer end",
-            SHOWN(self->now.values.ellipse.semi_axis_x / self->now.values.ellipse.semi_axis_y));
+    for (size_t w = 0; rubs && w < self->wheels; w++)
+        if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+    self->model->evaluate(&self->table, self->now->values, self->wheels);
+    self->now->stale = 0;
+    for (size_t w = 0; w < self->wheels; w++) {
+        const model_values *v = &self->now->values[w];
+        check_grip(self, w);
+        if (v->forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
+            component_log(self, RESULT_WARNING,
+                          "%ssemi_axis_x / semi_axis_y = %s is outside 1/8 to 8: the shape of the "
+                          "force is that of the nearer end",
+                          WHEEL(w), SHOWN(v->ellipse.semi_axis_x / v->ellipse.semi_axis_y));
+    }
     return RESULT_OK;
 }
 
@@ -326,162 +394,187 @@ static double *flags_of(model_values *values) { return &values->output.falling_b
 
 result component_update_flags(component *self) {
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    memcpy(self->now.held_flags, flags_of(&self->now.values), sizeof self->now.held_flags);
+    for (size_t w = 0; w < self->wheels; w++)
+        memcpy(self->now->held_flags[w], flags_of(&self->now->values[w]),
+               sizeof self->now->held_flags[w]);
     return RESULT_OK;
 }
 
 result component_start(component *self) {
     if (component_update_flags(self) != RESULT_OK) return RESULT_DISCARD;
-    double zone = self->now.values.output.process_zone_ratio;
-    self->now.stage = self->model_exchange ? EVENTS : STEPPING;
+    double zone = 0.0;
+    size_t wheel = 0;
+    for (size_t w = 0; w < self->wheels; w++) {
+        double found = self->now->values[w].output.process_zone_ratio;
+        wheel = found > zone ? w : wheel;
+        zone = fmax(zone, found);
+    }
+    self->now->stage = self->model_exchange ? EVENTS : STEPPING;
     /* The limit does not apply to a cohesive law, which is for one friction ratio. */
     if (!(zone > process_zone_limit()) || self->table.static_to_kinetic > 0.0 ||
         self->table.one_axis)
         return RESULT_OK;
     component_log(self, RESULT_WARNING,
-                  "process_zone_ratio = %s is above %s: the weakening zone is too long for this "
+                  "%sprocess_zone_ratio = %s is above %s: the weakening zone is too long for this "
                   "law, which assumes a short one",
-                  SHOWN(zone), SHOWN(process_zone_limit()));
+                  WHEEL(wheel), SHOWN(zone), SHOWN(process_zone_limit()));
     return RESULT_OK;
 }
 
-result component_get(component *self, unsigned reference, int boolean, double *value) {
+result component_get(component *self, unsigned reference, size_t element, int boolean,
+                     double *value) {
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
+    size_t wheel = wheel_of(self, reference, element);
     if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) {
-        if (boolean && self->now.stage == CONTINUOUS) { /* Booleans change at events only */
+        if (boolean && self->now->stage == CONTINUOUS) { /* Booleans change at events only */
             size_t i = (v->offset - offsetof(model_values, output.falling_branch)) / sizeof(double);
-            *value = self->now.held_flags[i];
+            *value = self->now->held_flags[wheel][i];
             return RESULT_OK;
         }
         if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     }
-    *value = model_get(v, &self->now.values);
+    *value = model_get(v, &self->now->values[wheel]);
     return RESULT_OK;
 }
 
 /* Advice if the value diverged because a step was too long; else an empty text. */
-static const char *advice(const component *self, const model_variable *v, char *text) {
-    const slip_memory *last = &self->now.values.memory;
+static const char *advice(const component *self, const model_variable *v, size_t wheel,
+                          char *text) {
+    const model_values *values = &self->now->values[wheel];
+    const slip_memory *last = &values->memory;
     text[0] = '\0';
     if (v->role == INPUT && last->stable > 0.0 && last->step > last->stable)
         snprintf(text, MESSAGE_SIZE,
                  "; the last step of %s s was longer than the largest stable one of %s s: take "
                  "steps of at most step_size_hint, or set implicit = true",
                  SHOWN(last->step), SHOWN(last->stable));
-    if (v->role == STATE && (RUNNING >> self->now.stage & 1u) && self->model->has_contact)
+    if (v->role == STATE && (RUNNING >> self->now->stage & 1u) && self->model->has_contact)
         snprintf(text, MESSAGE_SIZE,
                  "; an explicit solver diverges if its steps are longer than %s s: take shorter "
                  "steps or an implicit solver",
-                 SHOWN(model_explicit_step(self->model, &self->table, &self->now.values)));
+                 SHOWN(model_explicit_step(self->model, &self->table, values)));
     return text;
 }
 
-static result check_range(component *self, const model_variable *v, double value) {
+static result check_range(component *self, const model_variable *v, size_t wheel, double value) {
     char text[MESSAGE_SIZE];
     if (is_in_range(v, value)) return RESULT_OK;
     return component_log(self, RESULT_DISCARD, "%s = %s is out of range: must be from %s to %s%s",
-                         v->name, SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum),
-                         advice(self, v, text));
+                         NAME_AT(v, wheel), SHOWN(value), SHOWN(v->minimum), SHOWN(v->maximum),
+                         advice(self, v, wheel, text));
 }
 
-result component_check(component *self, unsigned reference, int boolean, double value) {
+result component_check(component *self, unsigned reference, size_t element, int boolean,
+                       double value) {
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
-    int running = (RUNNING >> self->now.stage & 1u) != 0;
-    int moving = self->now.stage == CONTINUOUS; /* a solver sets the states */
+    size_t wheel = wheel_of(self, reference, element);
+    int running = (RUNNING >> self->now->stage & 1u) != 0;
+    int moving = self->now->stage == CONTINUOUS; /* a solver sets the states */
     const char *why = NULL;
     if (!model_is_given(v)) why = ": it is calculated";
     else if (running && (v->role == FIXED_PARAMETER || (v->role == STATE && !moving)))
         why = " after initialization";
-    if (why != NULL) return component_log(self, RESULT_ERROR, "%s cannot be set%s", v->name, why);
-    return check_range(self, v, value);
+    if (why != NULL)
+        return component_log(self, RESULT_ERROR, "%s cannot be set%s", NAME_AT(v, wheel), why);
+    return check_range(self, v, wheel, value);
 }
 
-void component_put(component *self, unsigned reference, double value) {
-    model_set(&self->model->variables[reference], &self->now.values, value);
-    self->now.stale = 1;
+void component_put(component *self, unsigned reference, size_t element, double value) {
+    size_t i = index_of(self, reference), wheel = wheel_of(self, reference, element);
+    size_t end = self->is_common[i] ? self->wheels : wheel + 1;
+    for (size_t w = wheel; w < end; w++)
+        model_set(&self->model->variables[i], &self->now->values[w], value);
+    self->now->stale = 1;
 }
 
 /* Log once the cause of oscillations of the force from step to step. */
-static void check_exchange(component *self) {
-    const model_values *v = &self->now.values;
+static void check_exchange(component *self, size_t wheel) {
+    const model_values *v = &self->now->values[wheel];
     const slip_memory *memory = &v->memory;
     int parallel = v->parallel_exchange != 0.0;
     if (memory->doubtful >= DOUBTFUL_STEPS && is_first(self, EXCHANGE))
         component_log(
             self, RESULT_WARNING,
-            "parallel_exchange = %s does not fit this coupling: the force swings from step to "
+            "%sparallel_exchange = %s does not fit this coupling: the force swings from step to "
             "step, as the tool applies it %s; set parallel_exchange = %s%s",
-            parallel ? "true" : "false",
+            WHEEL(wheel), parallel ? "true" : "false",
             parallel ? "in the step for which it is calculated" : "one step later",
             parallel ? "false" : "true", v->implicit != 0.0 ? "" : ", and keep to step_size_hint");
     if (memory->too_long > 0.0 && is_first(self, TOO_LONG_STEP))
         component_log(self, RESULT_WARNING,
-                      "the force swings from step to step and is wrong: steps of %s s are longer "
+                      "%sthe force swings from step to step and is wrong: steps of %s s are longer "
                       "than the largest stable one of %s s at %s m/s; take shorter steps, or set "
                       "implicit = true",
-                      SHOWN(memory->step), SHOWN(memory->too_long), SHOWN(v->input.speed));
+                      WHEEL(wheel), SHOWN(memory->step), SHOWN(memory->too_long),
+                      SHOWN(v->input.speed));
     if (memory->misfit > 0.0 && is_first(self, INVERSE_MASS))
         component_log(self, RESULT_WARNING,
-                      "effective_inverse_mass = %s 1/kg does not fit this coupling: the force "
+                      "%seffective_inverse_mass = %s 1/kg does not fit this coupling: the force "
                       "swings from step to step, and the slip follows it as with %s 1/kg; set that",
-                      SHOWN(v->effective_inverse_mass), SHOWN(memory->misfit));
+                      WHEEL(wheel), SHOWN(v->effective_inverse_mass), SHOWN(memory->misfit));
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */
 
 result component_step(component *self, double point, double step) {
-    model_values *values = &self->now.values;
-    double end = point + step;
+    model_values *values = self->now->values, before[MAX_WHEELS];
+    double end = point + step, now = values->time, longest = INFINITY;
+    size_t failed = 0;
     if (!(step > 0.0 && isfinite(end)))
         return component_log(self, RESULT_ERROR,
                              "step size = %s must be > 0 and end at a finite time", SHOWN(step));
     /* Tools add up step sizes, so the last bits of the time may differ from ours. */
     double slack = 1e-6 * step + 1e-12 * fabs(point);
-    if (!(fabs(point - values->time) <= slack))
+    if (!(fabs(point - now) <= slack))
         return component_log(self, RESULT_ERROR,
                              "communication point = %s must be the FMU's time %s",
-                             SHOWN_TO(17, point), SHOWN_TO(17, values->time));
+                             SHOWN_TO(17, point), SHOWN_TO(17, now));
     /* After very many steps the sum may be off by much more than the last bits. */
-    if (!(end <= self->now.stop_time + 1e-3 * step + 1e-9 * fabs(end)))
+    if (!(end <= self->now->stop_time + 1e-3 * step + 1e-9 * fabs(end)))
         return component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
-                             SHOWN_TO(17, end), SHOWN_TO(17, self->now.stop_time));
+                             SHOWN_TO(17, end), SHOWN_TO(17, self->now->stop_time));
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    const model_values before = *values;
-    const char *error = self->model->advance(&self->table, values, step, self->now.tolerance);
-    double longest = 0.5 * values->substep; /* as a motion so wild needs more or fewer substeps */
+    size_t size = self->wheels * sizeof *values;
+    memcpy(before, values, size);
+    const char *error = self->model->advance(&self->table, values, self->wheels, step,
+                                             self->now->tolerance, &failed);
     if (error != NULL) {
-        *values = before;
+        longest = 0.5 * values[failed].substep; /* a motion so wild needs more or fewer substeps */
+        memcpy(values, before, size);
         return component_log(
             self, RESULT_DISCARD,
-            "the step of %s s from %s s: %s; take steps of at most %s s, or a larger "
-            "tolerance",
-            SHOWN(step), SHOWN(point), error, SHOWN(longest));
+            "%sthe step of %s s from %s s: %s; take steps of at most %s s, or a larger tolerance",
+            WHEEL(failed), SHOWN(step), SHOWN(point), error, SHOWN(longest));
     }
     if (!states_in_range(self)) {
-        *values = before;
+        memcpy(values, before, size);
         return component_log(self, RESULT_DISCARD,
                              "the step of %s s from %s s: a state leaves its range", SHOWN(step),
                              SHOWN(point));
     }
-    check_exchange(self);
-    if (values->held_tolerance > self->now.tolerance && is_first(self, TOLERANCE))
-        component_log(self, RESULT_WARNING,
-                      "the step of %s s from %s s: the wheel swings too often on its "
-                      "contact to follow it with a tolerance of %s; it was %s in a part of the "
-                      "step, so only the mean is right; take shorter steps",
-                      SHOWN(step), SHOWN(point), SHOWN(self->now.tolerance),
-                      SHOWN(values->held_tolerance));
-    values->time = end;
-    if (self->states > 0) self->now.stale = 1; /* without states the outputs stay valid */
+    for (size_t w = 0; w < self->wheels; w++) {
+        check_exchange(self, w);
+        if (values[w].held_tolerance > self->now->tolerance && is_first(self, TOLERANCE))
+            component_log(self, RESULT_WARNING,
+                          "%sthe step of %s s from %s s: the wheel swings too often on its "
+                          "contact to follow it with a tolerance of %s; it was %s in a part of the "
+                          "step, so only the mean is right; take shorter steps",
+                          WHEEL(w), SHOWN(step), SHOWN(point), SHOWN(self->now->tolerance),
+                          SHOWN(values[w].held_tolerance));
+        values[w].time = end;
+    }
+    if (self->states > 0) self->now->stale = 1; /* without states the outputs stay valid */
     return RESULT_OK;
 }
 
 /* ---- model exchange ------------------------------------------------------------------------ */
 
+size_t component_states(const component *self) { return self->states * self->wheels; }
+
 size_t component_indicators(const component *self) {
-    return self->model->has_contact ? FLAG_COUNT : 0;
+    return self->model->has_contact ? FLAG_COUNT * self->wheels : 0;
 }
 
 static result check_count(component *self, const char *what, size_t count, size_t expected) {
@@ -493,17 +586,18 @@ static result check_count(component *self, const char *what, size_t count, size_
 result component_set_time(component *self, double time) {
     if (!isfinite(time))
         return component_log(self, RESULT_ERROR, "time = %s must be finite", SHOWN(time));
-    self->now.values.time = time;
+    for (size_t w = 0; w < self->wheels; w++) self->now->values[w].time = time;
     return RESULT_OK;
 }
 
 /* Read a variable for each state. */
 static result get_each(component *self, const model_variable *const *variables, size_t count,
                        double *values) {
-    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+    if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    for (size_t i = 0; i < count; i++) values[i] = model_get(variables[i], &self->now.values);
+    for (size_t i = 0; i < count; i++)
+        values[i] = model_get(variables[i / self->wheels], &self->now->values[i % self->wheels]);
     return RESULT_OK;
 }
 
@@ -516,12 +610,15 @@ result component_get_derivatives(component *self, size_t count, double *values) 
 }
 
 result component_set_states(component *self, size_t count, const double *values) {
-    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+    size_t n = self->wheels;
+    if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     for (size_t i = 0; i < count; i++)
-        if (check_range(self, self->state[i], values[i]) != RESULT_OK) return RESULT_DISCARD;
-    for (size_t i = 0; i < count; i++) model_set(self->state[i], &self->now.values, values[i]);
-    self->now.stale = 1;
+        if (check_range(self, self->state[i / n], i % n, values[i]) != RESULT_OK)
+            return RESULT_DISCARD;
+    for (size_t i = 0; i < count; i++)
+        model_set(self->state[i / n], &self->now->values[i % n], values[i]);
+    self->now->stale = 1;
     return RESULT_OK;
 }
 
@@ -530,16 +627,18 @@ result component_get_indicators(component *self, size_t count, double *values) {
         return RESULT_ERROR;
     if (count == 0) return RESULT_OK;
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    memcpy(values, &self->now.values.output.falling_margin, FLAG_COUNT * sizeof(double));
+    for (size_t i = 0; i < count; i++)
+        values[i] = (&self->now->values[i % self->wheels].output.falling_margin)[i / self->wheels];
     return RESULT_OK;
 }
 
 result component_get_nominals(component *self, size_t count, double *values) {
-    if (check_count(self, "continuous states", count, self->states) != RESULT_OK)
+    if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     for (size_t i = 0; i < count; i++) {
-        const model_variable *v = self->state[i];
-        values[i] = v->part == IF_REMEMBERING ? 1.0 : fmax(fabs(model_get(v, &self->start)), 1.0);
+        const model_variable *v = self->state[i / self->wheels];
+        double start = model_get(v, &self->start[i % self->wheels]);
+        values[i] = v->part == IF_REMEMBERING ? 1.0 : fmax(fabs(start), 1.0);
     }
     return RESULT_OK;
 }
@@ -557,24 +656,43 @@ static result check_references(component *self, const unsigned *references, size
         const model_variable *v = find(self, references[i], 0);
         if (v == NULL) return RESULT_ERROR;
         if (unknown ? is_unknown(v) : model_is_given(v) || v->role == INDEPENDENT) continue;
-        return component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative", v->name,
+        return component_log(self, RESULT_ERROR, "%s cannot be the %s of a derivative",
+                             NAME_AT(v, wheel_of(self, references[i], 0)),
                              unknown ? "unknown" : "known");
     }
     return RESULT_OK;
 }
 
-/* Changes of the unknowns when the known variables change along a direction. */
+/* Add a change of an element of a known variable to the directions of its wheels. */
+static void move(const component *self, unsigned reference, size_t element, double change,
+                 model_values *direction) {
+    const model_variable *v = &self->model->variables[index_of(self, reference)];
+    size_t wheel = wheel_of(self, reference, element);
+    size_t end = self->is_common[v - self->model->variables] ? self->wheels : wheel + 1;
+    for (size_t w = wheel; w < end; w++)
+        model_set(v, &direction[w], model_get(v, &direction[w]) + change);
+}
+
+/* Changes of the elements of the unknowns when the known variables change along a direction. */
 static void follow(component *self, const model_values *direction, const unsigned *unknowns,
                    size_t count, double *changes) {
     const model *m = self->model;
-    model_values change;
-    int diagnostics = 0;
-    for (size_t i = 0; i < count; i++)
-        diagnostics |= model_is_diagnostic(&m->variables[unknowns[i]]);
-    model_tangent(m, &self->table, &self->now.values, direction, diagnostics, &change);
-    for (size_t i = 0; i < count; i++) {
-        const model_variable *v = &m->variables[unknowns[i]];
-        changes[i] = model_get(v, v->role == STATE ? direction : &change);
+    static const model_values still;
+    for (size_t w = 0; w < self->wheels; w++) {
+        model_values change = still;
+        int diagnostics = 0, moves = memcmp(&direction[w], &still, sizeof still) != 0;
+        for (size_t i = 0; i < count; i++)
+            diagnostics |= model_is_diagnostic(&m->variables[index_of(self, unknowns[i])]);
+        if (moves)
+            model_tangent(m, &self->table, &self->now->values[w], &direction[w], diagnostics,
+                          &change);
+        double *to = changes;
+        for (size_t i = 0; i < count; i++) {
+            const model_variable *v = &m->variables[index_of(self, unknowns[i])];
+            for (size_t k = 0; k < component_size(self, unknowns[i]); k++, to++)
+                if (wheel_of(self, unknowns[i], k) == w)
+                    *to = model_get(v, v->role == STATE ? &direction[w] : &change);
+        }
     }
 }
 
@@ -593,27 +711,24 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
     if (check_references(self, unknowns, unknown_count, 1) != RESULT_OK ||
         check_references(self, knowns, known_count, 0) != RESULT_OK)
         return RESULT_ERROR;
-    if (unknown_count > MAX_VARIABLES) return check_count(self, "unknowns", unknown_count, 0);
+    size_t elements = component_total_size(self, unknowns, unknown_count), place = 0;
+    if (elements > MAX_VARIABLES * MAX_WHEELS) return check_count(self, "unknowns", elements, 0);
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    const model_variable *variables = self->model->variables;
-    model_values direction = {0};
-    if (!adjoint) {
-        for (size_t i = 0; i < known_count; i++) {
-            const model_variable *v = &variables[knowns[i]];
-            model_set(v, &direction, model_get(v, &direction) + seed[i]);
-        }
-        follow(self, &direction, unknowns, unknown_count, sensitivity);
-        return check_finite(self, unknown_count, sensitivity);
-    }
+    model_values direction[MAX_WHEELS];
+    memset(direction, 0, self->wheels * sizeof *direction);
     for (size_t i = 0; i < known_count; i++) {
-        double column[MAX_VARIABLES];
-        model_set(&variables[knowns[i]], &direction, 1.0);
-        follow(self, &direction, unknowns, unknown_count, column);
-        model_set(&variables[knowns[i]], &direction, 0.0);
-        sensitivity[i] = 0.0;
-        for (size_t k = 0; k < unknown_count; k++) sensitivity[i] += seed[k] * column[k];
+        for (size_t k = 0; k < component_size(self, knowns[i]); k++, place++) {
+            double column[MAX_VARIABLES * MAX_WHEELS], sum = 0.0;
+            move(self, knowns[i], k, adjoint ? 1.0 : seed[place], direction);
+            if (!adjoint) continue;
+            follow(self, direction, unknowns, unknown_count, column);
+            memset(direction, 0, self->wheels * sizeof *direction);
+            for (size_t n = 0; n < elements; n++) sum += seed[n] * column[n];
+            sensitivity[place] = sum;
+        }
     }
-    return check_finite(self, known_count, sensitivity);
+    if (!adjoint) follow(self, direction, unknowns, unknown_count, sensitivity);
+    return check_finite(self, adjoint ? place : elements, sensitivity);
 }
 
 /* ---- saved states -------------------------------------------------------------------------- */
@@ -624,22 +739,21 @@ static result state_error(component *self, const char *why) {
 
 static result keep(component *self, const component_state *state, void **saved) {
     if (saved == NULL) return state_error(self, "the pointer to it is null");
-    if (*saved == NULL) *saved = malloc(sizeof *state);
+    if (*saved == NULL) *saved = malloc(state_size(self));
     if (*saved == NULL) return state_error(self, "out of memory");
-    memcpy(*saved, state, sizeof *state);
+    memcpy(*saved, state, state_size(self));
     return RESULT_OK;
 }
 
-result component_save(component *self, void **saved) { return keep(self, &self->now, saved); }
+result component_save(component *self, void **saved) { return keep(self, self->now, saved); }
 
 result component_restore(component *self, const void *saved) {
     const unsigned foreign = self->model_exchange ? IN(STEPPING) : IN(EVENTS) | IN(CONTINUOUS);
-    component_state state;
+    const component_state *state = saved;
     if (saved == NULL) return state_error(self, "it is null");
-    memcpy(&state, saved, sizeof state);
-    if (foreign >> state.stage & 1u)
+    if (foreign >> state->stage & 1u)
         return state_error(self, "it belongs to an instance with the other interface");
-    self->now = state;
+    memcpy(self->now, saved, state_size(self));
     return RESULT_OK;
 }
 
@@ -654,43 +768,51 @@ result component_forget(component *self, void **saved) {
 /* A serialized state: frame, token, state. */
 enum { STATE_AT = CHECKED_FILE_FRAME + TOKEN_SIZE };
 
-size_t component_serialized_size(void) { return STATE_AT + sizeof(component_state); }
+size_t component_serialized_size(const component *self) { return STATE_AT + state_size(self); }
 
 result component_serialize(component *self, const void *saved, void *bytes, size_t size) {
     char *start = bytes;
-    if (saved == NULL || size < component_serialized_size())
+    if (saved == NULL || size < component_serialized_size(self))
         return state_error(self, "it is null, or the buffer is too small");
     memcpy(start + CHECKED_FILE_FRAME, self->token, TOKEN_SIZE);
-    memcpy(start + STATE_AT, saved, sizeof(component_state));
-    checked_file_frame(bytes, component_serialized_size(), "CREEPSTA", STATE_VERSION);
+    memcpy(start + STATE_AT, saved, state_size(self));
+    checked_file_frame(bytes, component_serialized_size(self), "CREEPSTA", STATE_VERSION);
     return RESULT_OK;
 }
 
-/* Whether an instance of this FMU can be in this state: a valid checksum does not prove it. */
-static int is_possible(const component *self, const component_state *state) {
-    const model_values *values = &state->values;
+/* Whether a wheel of this FMU can have these values: a valid checksum does not prove it. */
+static int are_possible(const component *self, size_t wheel, const model_values *values) {
     const double *memory = (const double *)&values->memory;
-    if (state->stage < INSTANTIATED || state->stage > TERMINATED) return 0;
-    if (misplaced(self->model, &self->start, values) != NULL) return 0;
+    if (misplaced(self->model, &self->start[wheel], values) != NULL) return 0;
     for (size_t i = 0; i < self->model->count; i++)
         if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
     for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)
         if (!isfinite(memory[i])) return 0;
     return isfinite(values->substep) && isfinite(values->held_tolerance) &&
-           values->spins == self->start.spins &&
-           (values->memory.known == 0.0 || values->memory.step > 0.0) && !isnan(state->stop_time) &&
-           state->tolerance >= MIN_TOLERANCE && state->tolerance <= MAX_TOLERANCE;
+           values->spins == self->start[wheel].spins &&
+           (values->memory.known == 0.0 || values->memory.step > 0.0);
+}
+
+static int is_possible(const component *self, const component_state *state) {
+    if (state->stage < INSTANTIATED || state->stage > TERMINATED) return 0;
+    for (size_t w = 0; w < self->wheels; w++)
+        if (!are_possible(self, w, &state->values[w])) return 0;
+    return !isnan(state->stop_time) && state->tolerance >= MIN_TOLERANCE &&
+           state->tolerance <= MAX_TOLERANCE;
 }
 
 result component_deserialize(component *self, const void *bytes, size_t size, void **saved) {
-    component_state state;
     const char *start = bytes;
     const char *error = checked_file_error(bytes, size, "CREEPSTA", STATE_VERSION);
     if (error != NULL) return state_error(self, error);
-    if (size != component_serialized_size() ||
+    if (size != component_serialized_size(self) ||
         memcmp(self->token, start + CHECKED_FILE_FRAME, TOKEN_SIZE) != 0)
         return state_error(self, "it belongs to another FMU");
-    memcpy(&state, start + STATE_AT, sizeof state);
-    if (!is_possible(self, &state)) return state_error(self, "a value in it is not possible");
-    return keep(self, &state, saved);
+    component_state *state = malloc(state_size(self)); /* the bytes may not be aligned */
+    if (state == NULL) return state_error(self, "out of memory");
+    memcpy(state, start + STATE_AT, state_size(self));
+    result status = is_possible(self, state) ? keep(self, state, saved)
+                                             : state_error(self, "a value in it is not possible");
+    free(state);
+    return status;
 }

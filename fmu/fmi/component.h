@@ -33,17 +33,21 @@ typedef void component_logger(void *shell, result status, const char *category, 
 
 /* Everything that a saved state keeps; it holds no pointer. */
 typedef struct {
-    model_values values;
-    double held_flags[FLAG_COUNT]; /* truth values between two events of model exchange */
-    double stop_time;              /* infinite if the tool gave no stop time */
-    double tolerance;              /* of the integrator */
+    double held_flags[MAX_WHEELS][FLAG_COUNT]; /* truth values between events of model exchange */
+    double stop_time;                          /* infinite if the tool gave no stop time */
+    double tolerance;                          /* of the integrator */
     int32_t stage;
-    int32_t stale; /* 1 until the outputs are evaluated for the present inputs */
+    int32_t stale;         /* 1 until the outputs are evaluated for the present inputs */
+    model_values values[]; /* of each wheel */
 } component_state;
 
 typedef struct {
-    component_state now;
-    model_values start;
+    component_state *now;
+    model_values *start; /* of each wheel */
+    size_t wheels;
+    int has_arrays; /* 1 if a variable of each wheel is one array, else each element is a variable
+                     */
+    unsigned char is_common[MAX_VARIABLES]; /* 1 for variables that all wheels have in common */
     const model *model;
     char token[TOKEN_SIZE]; /* of the FMU, padded with zeros */
     creep_table table;
@@ -51,7 +55,7 @@ typedef struct {
     lateral_spin_contact lateral_spin;
     creep_forces pair;
     void *shape_bytes; /* of one of the two */
-    size_t states;     /* number of continuous states; they and their rates */
+    size_t states;     /* number of continuous states of a wheel; they and their rates */
     const model_variable *state[MODEL_STATES], *rate[MODEL_STATES];
     int model_exchange;
     int has_booleans; /* 0 if truth values are real numbers, 0 or 1 */
@@ -83,15 +87,21 @@ result component_start(component *self); /* end the initialization */
 void component_reset(component *self);
 result component_update_flags(component *self); /* at an event */
 
-/* Variables by reference; truth values are 0 or 1. */
-result component_get(component *self, unsigned reference, int boolean, double *value);
+/* Number of elements of a variable, 1 without arrays. */
+size_t component_size(const component *self, unsigned reference);
+size_t component_total_size(const component *self, const unsigned *references, size_t n);
+/* Elements of variables by reference; truth values are 0 or 1. */
+result component_get(component *self, unsigned reference, size_t element, int boolean,
+                     double *value);
 /* Check all values of a call first, then set them, so that the call sets all of them or none. */
-result component_check(component *self, unsigned reference, int boolean, double value);
-void component_put(component *self, unsigned reference, double value);
+result component_check(component *self, unsigned reference, size_t element, int boolean,
+                       double value);
+void component_put(component *self, unsigned reference, size_t element, double value);
 
 result component_step(component *self, double point, double step);
 
-/* Model exchange. Each array holds one double per state or per flag. */
+/* Model exchange. Each array holds one double per state or per flag, of each wheel in turn. */
+size_t component_states(const component *self);
 size_t component_indicators(const component *self);
 result component_set_time(component *self, double time);
 result component_get_states(component *self, size_t count, double *values);
@@ -100,7 +110,8 @@ result component_get_derivatives(component *self, size_t count, double *values);
 result component_get_indicators(component *self, size_t count, double *values);
 result component_get_nominals(component *self, size_t count, double *values);
 
-/* sensitivity = (d unknowns / d knowns) seed; if adjoint, its transpose times seed. */
+/* sensitivity = (d unknowns / d knowns) seed; if adjoint, its transpose times seed. Both have one
+ * number for each element of their variables. */
 result component_derivative(component *self, int adjoint, const unsigned *unknowns,
                             size_t unknown_count, const unsigned *knowns, size_t known_count,
                             const double *seed, double *sensitivity);
@@ -111,7 +122,7 @@ result component_restore(component *self, const void *saved);
 result component_forget(component *self, void **saved);
 
 /* Saved states as bytes, which any instance of the same FMU in any process can read. */
-size_t component_serialized_size(void);
+size_t component_serialized_size(const component *self);
 result component_serialize(component *self, const void *saved, void *bytes, size_t size);
 result component_deserialize(component *self, const void *bytes, size_t size, void **saved);
 

@@ -81,8 +81,8 @@ STAGE(EnterInitializationMode, IN(INSTANTIATED), INITIALIZING)
 /* ---- values -------------------------------------------------------------------------------- */
 
 #define IF_EXCHANGED(status) (core->model_exchange ? STATUS(status) : undiscarded(status))
-VALUES_OF(Real, 0, IF_EXCHANGED, value, values[i], , )
-VALUES_OF(Boolean, 1, undiscarded, value != 0.0, values[i] != fmi2False, , )
+VALUES_OF(Real, 0, IF_EXCHANGED, value, values[place], , )
+VALUES_OF(Boolean, 1, undiscarded, value != 0.0, values[place] != fmi2False, , )
 
 #define ABSENT_TYPE(type)                               \
     OF_NONE(Get##type, REFERENCES, fmi2##type values[]) \
@@ -133,7 +133,7 @@ CALL(GetRealStatus, const fmi2StatusKind kind, fmi2Real *value) {
     CORE(c, ANY_STAGE);
     NEEDS(1, value);
     if (kind != fmi2LastSuccessfulTime) return not_offered(c, __func__);
-    *value = core->now.values.time;
+    *value = core->now->values->time;
     return fmi2OK;
 }
 

@@ -35,6 +35,7 @@ static fmi3Instance instantiate(int model_exchange, fmi3String token, fmi3String
         return NULL;
     }
     self->core.shell = self;
+    self->core.has_arrays = 1;
     self->environment = environment;
     self->logger = logger;
     if (logger != NULL) self->core.logger = log_message;
@@ -81,25 +82,27 @@ CALL(EnterInitializationMode, fmi3Boolean has_tolerance, fmi3Float64 tolerance, 
      fmi3Boolean has_stop, fmi3Float64 stop) {
     CORE(c, IN(INSTANTIATED));
     result status = component_set_up(core, start, has_stop, stop, has_tolerance, tolerance);
-    if (status == RESULT_OK) core->now.stage = INITIALIZING;
+    if (status == RESULT_OK) core->now->stage = INITIALIZING;
     return STATUS(status);
 }
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-static fmi3Status check_count(component *core, size_t references, size_t values) {
-    if (references == values) return fmi3OK;
+static fmi3Status check_count(component *core, const fmi3ValueReference references[], size_t n,
+                              size_t values) {
+    size_t expected = component_total_size(core, references, n);
+    if (expected == values) return fmi3OK;
     return STATUS(component_log(core, RESULT_ERROR,
-                                "nValues = %zu must be the number of variables, %zu", values,
-                                references));
+                                "nValues = %zu must be the number of the variables' values, %zu",
+                                values, expected));
 }
 
 #define COUNTED , size_t value_count
 #define CHECK_COUNT \
-    if (check_count(core, n, value_count) != fmi3OK) return fmi3Error
+    if (check_count(core, references, n, value_count) != fmi3OK) return fmi3Error
 
-VALUES_OF(Float64, 0, STATUS, value, values[i], COUNTED, CHECK_COUNT)
-VALUES_OF(Boolean, 1, STATUS, value != 0.0, values[i], COUNTED, CHECK_COUNT)
+VALUES_OF(Float64, 0, STATUS, value, values[place], COUNTED, CHECK_COUNT)
+VALUES_OF(Boolean, 1, STATUS, value != 0.0, values[place], COUNTED, CHECK_COUNT)
 
 #define ABSENT_TYPE(type)                                       \
     OF_NONE(Get##type, REFERENCES, fmi3##type values[] COUNTED) \
@@ -127,10 +130,10 @@ static fmi3Status derivative(component *core, int adjoint, const fmi3ValueRefere
                              size_t unknown_count, const fmi3ValueReference knowns[],
                              size_t known_count, const fmi3Float64 seed[], size_t seed_count,
                              fmi3Float64 sensitivity[], size_t sensitivity_count) {
-    size_t given = adjoint ? unknown_count : known_count;
-    size_t expected = adjoint ? known_count : unknown_count;
-    if (check_count(core, given, seed_count) != fmi3OK ||
-        check_count(core, expected, sensitivity_count) != fmi3OK)
+    size_t of_unknowns = adjoint ? seed_count : sensitivity_count;
+    size_t of_knowns = adjoint ? sensitivity_count : seed_count;
+    if (check_count(core, unknowns, unknown_count, of_unknowns) != fmi3OK ||
+        check_count(core, knowns, known_count, of_knowns) != fmi3OK)
         return fmi3Error;
     return (fmi3Status)component_derivative(core, adjoint, unknowns, unknown_count, knowns,
                                             known_count, seed, sensitivity);
@@ -207,7 +210,7 @@ CALL(UpdateDiscreteStates, fmi3Boolean *need_update, fmi3Boolean *terminate,
     }
 
 NUMBER(GetNumberOfEventIndicators, component_indicators(core))
-NUMBER(GetNumberOfContinuousStates, core->states)
+NUMBER(GetNumberOfContinuousStates, component_states(core))
 
 /* ---- co-simulation ------------------------------------------------------------------------- */
 
@@ -221,7 +224,7 @@ CALL(DoStep, fmi3Float64 point, fmi3Float64 step, fmi3Boolean no_set_state_befor
     NEEDS(1, last_successful_time);
     *event_handling_needed = *terminate = *early_return = fmi3False;
     result status = component_step(core, point, step);
-    *last_successful_time = core->now.values.time;
+    *last_successful_time = core->now->values->time;
     return STATUS(status);
 }
 

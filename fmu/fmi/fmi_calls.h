@@ -75,7 +75,7 @@ CALL_ALONE(ExitInitializationMode) {
 #define STAGE(name, allowed, next) \
     CALL_ALONE(name) {             \
         CORE(c, allowed);          \
-        core->now.stage = next;    \
+        core->now->stage = next;   \
         return STATUS(RESULT_OK);  \
     }
 
@@ -93,30 +93,35 @@ CALL_ALONE(Reset) {
 
 /* Getter and setter of real numbers and of truth values; the last parameters are what the version
  * adds to theirs, and checks. A setter checks all values, then sets them. */
+#define EACH_ELEMENT(i, k, place)                                                          \
+    for (size_t i = 0, place = 0; i < n && status == RESULT_OK; i++)                       \
+        for (size_t k = 0; k < component_size(core, references[i]) && status == RESULT_OK; \
+             k++, place++)
+
 #define VALUES_OF(type, boolean, status_of, from_double, to_double, further, check) \
     CALL(Get##type, REFERENCES, FMI(type) values[] further) {                       \
         CORE(c, ANY_STAGE);                                                         \
-        check;                                                                      \
         NEEDS(n, references);                                                       \
+        check;                                                                      \
         NEEDS(n, values);                                                           \
         result status = RESULT_OK;                                                  \
-        for (size_t i = 0; i < n && status == RESULT_OK; i++) {                     \
+        EACH_ELEMENT(i, k, place) {                                                 \
             double value = 0.0;                                                     \
-            status = component_get(core, references[i], boolean, &value);           \
-            if (status == RESULT_OK) values[i] = from_double;                       \
+            status = component_get(core, references[i], k, boolean, &value);        \
+            if (status == RESULT_OK) values[place] = from_double;                   \
         }                                                                           \
         return status_of(status);                                                   \
     }                                                                               \
     CALL(Set##type, REFERENCES, const FMI(type) values[] further) {                 \
         CORE(c, BEFORE_RUN | RUNNING);                                              \
-        check;                                                                      \
         NEEDS(n, references);                                                       \
+        check;                                                                      \
         NEEDS(n, values);                                                           \
         result status = RESULT_OK;                                                  \
-        for (size_t i = 0; i < n && status == RESULT_OK; i++)                       \
-            status = component_check(core, references[i], boolean, to_double);      \
-        for (size_t i = 0; i < n && status == RESULT_OK; i++)                       \
-            component_put(core, references[i], to_double);                          \
+        EACH_ELEMENT(i, k, place)                                                   \
+        status = component_check(core, references[i], k, boolean, to_double);       \
+        EACH_ELEMENT(i, k, place)                                                   \
+        component_put(core, references[i], k, to_double);                           \
         return STATUS(status);                                                      \
     }
 
@@ -139,7 +144,7 @@ CALL_ALONE(Reset) {
     CALL(Serialized##state##Size, SAVED saved, size_t *size) {                     \
         CORE(c, ANY_STAGE);                                                        \
         NEEDS(1, size);                                                            \
-        *size = component_serialized_size();                                       \
+        *size = component_serialized_size(core);                                   \
         return STATUS(RESULT_OK);                                                  \
     }                                                                              \
     CALL(Serialize##state, SAVED saved, FMI(Byte) bytes[], size_t size) {          \

@@ -29,16 +29,31 @@ static double stable_step(const model_values *v) {
     return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
 }
 
-void evaluate_force(const creep_table *table, model_values *v) {
-    if (v->implicit != 0.0 && v->memory.known != 0.0) return; /* the last step set the outputs */
-    force_element_evaluate(table, &v->contact, &v->input, &v->output);
-    v->step_size_hint = stable_step(v);
+void evaluate_contacts(const creep_table *table, model_values *values, size_t n) {
+    force_task tasks[MAX_WHEELS];
+    for (size_t i = 0; i < n; i++) {
+        tasks[i].parameters = &values[i].contact;
+        tasks[i].input = &values[i].input;
+        tasks[i].output = &values[i].output;
+    }
+    force_element_evaluate_each(table, tasks, n);
+}
+
+/* Whether the last step set the outputs. */
+static int is_stepped(const model_values *v) {
+    return v->implicit != 0.0 && v->memory.known != 0.0;
+}
+
+void evaluate_force(const creep_table *table, model_values *values, size_t n) {
+    if (is_stepped(values)) return; /* wheels are stepped together */
+    evaluate_contacts(table, values, n);
+    for (size_t i = 0; i < n; i++) values[i].step_size_hint = stable_step(&values[i]);
 }
 
 #ifndef ONE_FILE_KERNEL
 void tangent_force(const creep_table *table, const model_values *v, const model_values *direction,
                    model_values *change) {
-    if (v->implicit != 0.0 && v->memory.known != 0.0) return;
+    if (is_stepped(v)) return;
     force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->input,
                           &change->output);
 }
@@ -101,47 +116,58 @@ static slip_memory judged(const model_values *v) {
     return memory;
 }
 
+/* A step of the implicit mode. */
+typedef struct {
+    slip_memory memory;
+    double acceleration; /* a [m/s2] */
+    double slip, begin;  /* slip velocity as the tool gave it, and where the step begins [m/s] */
+    wheelset_parameters body;
+} slip_step;
+
 /* The implicit mode. During a step the slip velocity w obeys dw/dt = a - m Q(w), where m is the
  * effective inverse mass and a the slip acceleration by everything except the creep force. The
  * value of a in the step before follows from the slip at its ends and the force that acted; it is
  * assumed to continue. The element solves the equation and gives the mean force, so the tool's body
  * moves as in a solution of the coupled equations. A wheel of inertia r^2 / m at held speed, driven
  * by a torque a r / m, has the same equation of slip. */
-static const char *step_slip(const creep_table *table, model_values *v, double step,
-                             double tolerance) {
-    const force_element_parameters *contact = &v->contact;
-    double m = v->effective_inverse_mass, radius = contact->radius;
-    double slip = radius * v->input.omega - v->input.speed, a;
+static void begin_slip_step(const model_values *v, double step, double tolerance, slip_step *s,
+                            wheelset_task *task) {
+    double m = v->effective_inverse_mass, radius = v->contact.radius, a;
     slip_memory memory = judged(v);
+    s->slip = radius * v->input.omega - v->input.speed;
     if (memory.known == 0.0) { /* assume a steady slip */
         memory.force = v->output.creep_force;
         a = m * memory.force;
     } else {
-        a = (slip - memory.slip) / memory.step + m * memory.applied;
+        a = (s->slip - memory.slip) / memory.step + m * memory.applied;
     }
-    double start = slip;
+    double start = s->slip;
     if (v->parallel_exchange != 0.0) { /* the last force acts in this step, the new one after it */
         start += step * (a - m * memory.force);
         memory.applied = memory.force;
     }
-    wheelset_parameters body;
-    memset(&body, 0, sizeof body);
-    body.radius = radius;
-    body.inertia = radius * radius / m;
-    body.minimum_speed = contact->minimum_speed;
-    wheelset_input given = {a * radius / m,
-                            0.0,
-                            v->input.normal_load,
-                            v->input.friction_scale,
-                            v->input.lateral_velocity,
-                            v->input.spin_velocity};
-    wheelset_state state = {(start + v->input.speed) / radius, v->input.speed,
-                            v->input.held_traction, v->input.held_lateral, v->input.unslipped};
-    double begin = radius * state.omega - state.speed;
-    const char *error =
-        wheelset_advance(table, contact, &body, &given, &state, step, &tolerance, &v->substep);
-    if (error != NULL) return error;
-    v->held_tolerance = tolerance;
+    memset(&s->body, 0, sizeof s->body);
+    s->body.radius = radius;
+    s->body.inertia = radius * radius / m;
+    s->body.minimum_speed = v->contact.minimum_speed;
+    memset(task, 0, sizeof *task);
+    task->contact = &v->contact;
+    task->body = &s->body;
+    task->drive_torque = a * radius / m;
+    task->input = v->input;
+    task->input.omega = (start + v->input.speed) / radius;
+    task->tolerance = tolerance;
+    task->substep = v->substep;
+    s->begin = radius * task->input.omega - v->input.speed;
+    s->acceleration = a;
+    s->memory = memory;
+}
+
+/* Set force and memory after the step; the outputs are those at its end. */
+static void end_slip_step(model_values *v, double step, const slip_step *s,
+                          const wheelset_task *task) {
+    double m = v->effective_inverse_mass, radius = v->contact.radius;
+    slip_memory memory = s->memory;
     if (memory.turns >= DOUBTFUL_STEPS) { /* see the guide for these bounds */
         double found = followed_inverse_mass(&memory);
         int parallel = v->parallel_exchange != 0.0;
@@ -149,27 +175,43 @@ static const char *step_slip(const creep_table *table, model_values *v, double s
             memory.misfit = found;
     }
     memory.previous = memory.force;
-    double end = radius * state.omega - state.speed;
+    double end = radius * task->input.omega - task->input.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
     double load = fmax(0.0, v->input.normal_load);
-    double largest = contact->static_friction * v->input.friction_scale * load;
-    memory.force = fmin(largest, fmax(-largest, (a - (end - begin) / step) / m));
+    double largest = v->contact.static_friction * v->input.friction_scale * load;
+    double mean = (s->acceleration - (end - s->begin) / step) / m;
+    memory.force = fmin(largest, fmax(-largest, mean));
     memory.known = 1.0;
-    memory.slip = slip;
+    memory.slip = s->slip;
     memory.step = step;
     if (v->parallel_exchange == 0.0) memory.applied = memory.force;
-
-    force_element_input last = v->input;
-    last.omega = state.omega;
-    last.held_traction = v->input.held_traction = state.held_traction;
-    last.held_lateral = v->input.held_lateral = state.held_lateral;
-    last.unslipped = v->input.unslipped = state.unslipped;
-    force_element_evaluate(table, contact, &last, &v->output);
     v->memory = memory;
+    v->held_tolerance = task->tolerance;
+    v->input.held_traction = task->input.held_traction;
+    v->input.held_lateral = task->input.held_lateral;
+    v->input.unslipped = task->input.unslipped;
     int loaded = v->output.saturation_creepage > 0.0;
     v->output.creep_force = loaded ? memory.force : 0.0;
     v->output.wheel_torque = -radius * v->output.creep_force;
     v->output.traction_coefficient = loaded ? memory.force / v->input.normal_load : 0.0;
+}
+
+static const char *step_slips(const creep_table *table, model_values *values, size_t n, double step,
+                              double tolerance, size_t *failed) {
+    slip_step steps[MAX_WHEELS];
+    wheelset_task tasks[MAX_WHEELS];
+    force_task ends[MAX_WHEELS];
+    for (size_t i = 0; i < n; i++) {
+        begin_slip_step(&values[i], step, tolerance, &steps[i], &tasks[i]);
+        ends[i].parameters = &values[i].contact;
+        ends[i].input = &tasks[i].input;
+        ends[i].output = &values[i].output;
+    }
+    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    for (size_t i = 0; i < n; i++) values[i].substep = tasks[i].substep;
+    if (error != NULL) return error;
+    force_element_evaluate_each(table, ends, n);
+    for (size_t i = 0; i < n; i++) end_slip_step(&values[i], step, &steps[i], &tasks[i]);
     return NULL;
 }
 
@@ -184,7 +226,7 @@ static void remember(const creep_table *table, model_values *v, double step) {
         rolling.input.omega = v->input.speed / v->contact.radius;
         rolling.input.held_traction = rolling.input.held_lateral = 0.0;
         rolling.input.unslipped = 1.0;
-        evaluate_force(table, &rolling);
+        evaluate_force(table, &rolling, 1);
         double longest = 2.0 * rolling.step_size_hint;
         if (memory.step > longest) memory.too_long = longest;
     }
@@ -198,14 +240,31 @@ static void remember(const creep_table *table, model_values *v, double step) {
     v->memory = memory;
 }
 
-const char *advance_force(const creep_table *table, model_values *v, double step,
-                          double tolerance) {
-    if (v->implicit != 0.0) return step_slip(table, v, step, tolerance);
-    remember(table, v, step);
-    if (v->contact.relaxation_length > 0.0) { /* the tool applies the force at the step's end */
-        const char *error = force_element_advance(table, &v->contact, &v->input, step, tolerance);
-        if (error != NULL) return error;
-        evaluate_force(table, v);
+/* Advance the memory of the contacts at held velocities. */
+static const char *advance_memories(const creep_table *table, model_values *values, size_t n,
+                                    double step, double tolerance, size_t *failed) {
+    wheelset_task tasks[MAX_WHEELS];
+    for (size_t i = 0; i < n; i++) {
+        memset(&tasks[i], 0, sizeof tasks[i]);
+        tasks[i].contact = &values[i].contact;
+        tasks[i].input = values[i].input;
+        tasks[i].tolerance = tolerance;
+    }
+    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    for (size_t i = 0; i < n; i++) values[i].input = tasks[i].input;
+    return error;
+}
+
+const char *advance_force(const creep_table *table, model_values *values, size_t n, double step,
+                          double tolerance, size_t *failed) {
+    if (values->implicit != 0.0) return step_slips(table, values, n, step, tolerance, failed);
+    for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
+    if (values->contact.relaxation_length == 0.0) return NULL;
+    const char *error = advance_memories(table, values, n, step, tolerance, failed);
+    if (error != NULL) return error;
+    evaluate_force(table, values, n); /* the tool applies the force at the step's end */
+    for (size_t i = 0; i < n; i++) {
+        model_values *v = &values[i];
         v->memory.previous = v->memory.force, v->memory.force = v->output.creep_force;
     }
     return NULL;

@@ -331,14 +331,14 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     v.input.omega = v.input.speed / p->radius;
     v.input.held_traction = v.input.held_lateral = 0.0;
     v.input.unslipped = 1.0;
-    m->evaluate(table, &v);
+    m->evaluate(table, &v, 1);
     double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
     double pole = v.output.force_gradient * inverse_mass;
     return fmin(longest, (remembering ? 1.0 : 2.0) / pole);
 }
 
-void model_evaluate(const model *m, const creep_table *table, model_values *values) {
-    m->evaluate(table, values);
+void model_evaluate(const model *m, const creep_table *table, model_values *values, size_t n) {
+    m->evaluate(table, values, n);
 }
 
 /* ---- derivatives --------------------------------------------------------------------------- */
@@ -401,7 +401,7 @@ static void difference(const model *m, const creep_table *table, const model_val
         if (moved[i].contact.static_friction < moved[i].contact.kinetic_friction ||
             moved[i].pair.static_friction < moved[i].pair.kinetic_friction)
             model_set(v, &moved[i], at[i] = value);
-        m->evaluate(table, &moved[i]);
+        m->evaluate(table, &moved[i], 1);
     }
     const double *after = (const double *)&moved[0], *before = (const double *)&moved[1];
     double *sum = (double *)change, per = at[0] > at[1] ? seed / (at[0] - at[1]) : 0.0;
@@ -425,7 +425,7 @@ void model_tangent(const model *m, const creep_table *table, const model_values 
         ((double *)change)[i] += ((const double *)&by_rest)[i];
 }
 
-const char *model_advance(const model *m, const creep_table *table, model_values *values,
-                          double step, double tolerance) {
-    return m->advance(table, values, step, tolerance);
+const char *model_advance(const model *m, const creep_table *table, model_values *values, size_t n,
+                          double step, double tolerance, size_t *failed) {
+    return m->advance(table, values, n, step, tolerance, failed);
 }

@@ -39,7 +39,10 @@ typedef struct {
 /* Number of such steps beyond which chance is excluded. */
 #define DOUBTFUL_STEPS 12
 
-/* All numbers of all models. The states of the wheelset are the contact's input. */
+/* Largest number of wheels in one FMU. */
+enum { MAX_WHEELS = 32 };
+
+/* All numbers of all models, of one wheel. The states of the wheelset are the contact's input. */
 typedef struct {
     double time;
     force_element_parameters contact;
@@ -68,17 +71,17 @@ typedef struct {
     int has_pair;    /* 1 if there are a table and bodies that touch in any ellipse */
     const model_variable *variables;
     size_t count;
-    /* Calculate outputs and derivatives from everything else. */
-    void (*evaluate)(const creep_table *table, model_values *values);
+    /* Calculate outputs and derivatives of n wheels from everything else. */
+    void (*evaluate)(const creep_table *table, model_values *values, size_t n);
     /* Set the exact changes of derivatives, and of outputs that are not diagnostic, when inputs and
      * states change along a direction; in the model creep_forces only creepages and spin count. */
     void (*tangent)(const creep_table *table, const model_values *values,
                     const model_values *direction, model_values *change);
-    /* Step the states, and outputs that belong to a step, to the next communication point with the
-     * inputs held. Returns NULL, or why the step failed; values are then unchanged, but for
-     * substep, which is the longest step that could be made. */
-    const char *(*advance)(const creep_table *table, model_values *values, double step,
-                           double tolerance);
+    /* Step the states of n wheels, and outputs that belong to a step, to the next communication
+     * point with the inputs held. Returns NULL, or why the step failed and of which wheel; its
+     * substep is then the longest step that could be made. */
+    const char *(*advance)(const creep_table *table, model_values *values, size_t n, double step,
+                           double tolerance, size_t *failed);
 } model;
 
 /* The model of a kind ("force_element", "wheelset", "wheelset_body", "creep_forces"); NULL for
@@ -110,8 +113,10 @@ CONTACTLIB_API void model_tangent(const model *m, const creep_table *table,
                                   int diagnostics, model_values *change);
 
 /* The model's functions for Python, which cannot call the struct's members. */
-CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values);
+CONTACTLIB_API void model_evaluate(const model *m, const creep_table *table, model_values *values,
+                                   size_t n);
 CONTACTLIB_API const char *model_advance(const model *m, const creep_table *table,
-                                         model_values *values, double step, double tolerance);
+                                         model_values *values, size_t n, double step,
+                                         double tolerance, size_t *failed);
 
 #endif

@@ -5,17 +5,20 @@
 #include "model.h"
 
 #ifndef ONE_FILE_KERNEL
-#define MODEL_FUNCTIONS(name)                                                               \
-    void evaluate_##name(const creep_table *table, model_values *values);                   \
-    void tangent_##name(const creep_table *table, const model_values *values,               \
-                        const model_values *direction, model_values *change);               \
-    const char *advance_##name(const creep_table *table, model_values *values, double step, \
-                               double tolerance);
+#define MODEL_FUNCTIONS(name)                                                            \
+    void evaluate_##name(const creep_table *table, model_values *values, size_t n);      \
+    void tangent_##name(const creep_table *table, const model_values *values,            \
+                        const model_values *direction, model_values *change);            \
+    const char *advance_##name(const creep_table *table, model_values *values, size_t n, \
+                               double step, double tolerance, size_t *failed);
 
 MODEL_FUNCTIONS(force)
 MODEL_FUNCTIONS(wheelset)
 MODEL_FUNCTIONS(body)
 MODEL_FUNCTIONS(pair)
+
+/* Evaluate the contacts of n wheels. */
+void evaluate_contacts(const creep_table *table, model_values *values, size_t n);
 #endif /* ONE_FILE_KERNEL */
 
 #endif

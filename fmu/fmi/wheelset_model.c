@@ -9,16 +9,18 @@ static wheelset_parameters body_of(const model_values *v) {
     return body;
 }
 
-void evaluate_body(const creep_table *table, model_values *v) {
+void evaluate_body(const creep_table *table, model_values *values, size_t n) {
     (void)table;
-    wheelset_parameters body = body_of(v);
-    wheelset_motion(&body, v->input.omega, v->input.speed, v->drive_torque, v->resistance_force,
-                    &v->output, &v->rates);
+    for (model_values *v = values; v < values + n; v++) {
+        wheelset_parameters body = body_of(v);
+        wheelset_motion(&body, v->input.omega, v->input.speed, v->drive_torque, v->resistance_force,
+                        &v->output, &v->rates);
+    }
 }
 
-void evaluate_wheelset(const creep_table *table, model_values *v) {
-    force_element_evaluate(table, &v->contact, &v->input, &v->output);
-    evaluate_body(table, v);
+void evaluate_wheelset(const creep_table *table, model_values *values, size_t n) {
+    evaluate_contacts(table, values, n);
+    evaluate_body(table, values, n);
 }
 
 /* Change of the accelerations, from that of the creep force. */
@@ -46,52 +48,59 @@ void tangent_body(const creep_table *table, const model_values *v, const model_v
     follow_motion(v, direction, direction->output.creep_force, &change->rates); /* an input here */
 }
 
-/* Step the states with all else held. */
-static const char *advance_states(const creep_table *table, const force_element_parameters *contact,
-                                  const wheelset_input *held, model_values *v, double step,
-                                  double tolerance) {
-    wheelset_parameters body = body_of(v);
-    wheelset_state state = {.omega = v->input.omega,
-                            .speed = v->input.speed,
-                            .held_traction = v->input.held_traction,
-                            .held_lateral = v->input.held_lateral,
-                            .unslipped = v->input.unslipped};
-    const char *error =
-        wheelset_advance(table, contact, &body, held, &state, step, &tolerance, &v->substep);
-    if (error != NULL) return error;
-    v->held_tolerance = tolerance;
-    v->input.omega = state.omega;
-    v->input.speed = state.speed;
-    v->input.held_traction = state.held_traction;
-    v->input.held_lateral = state.held_lateral;
-    v->input.unslipped = state.unslipped;
-    return NULL;
+static wheelset_task task_of(const model_values *v, const wheelset_parameters *body,
+                             double tolerance) {
+    return (wheelset_task){.contact = &v->contact,
+                           .body = body,
+                           .drive_torque = v->drive_torque,
+                           .resistance_force = v->resistance_force,
+                           .input = v->input,
+                           .tolerance = tolerance,
+                           .substep = v->substep};
 }
 
-const char *advance_wheelset(const creep_table *table, model_values *v, double step,
-                             double tolerance) {
-    wheelset_input held = {.drive_torque = v->drive_torque,
-                           .resistance_force = v->resistance_force,
-                           .normal_load = v->input.normal_load,
-                           .friction_scale = v->input.friction_scale,
-                           .lateral_velocity = v->input.lateral_velocity,
-                           .spin_velocity = v->input.spin_velocity};
-    return advance_states(table, &v->contact, &held, v, step, tolerance);
+static void take_state(model_values *v, const wheelset_task *task) {
+    v->substep = task->substep;
+    v->held_tolerance = task->tolerance;
+    v->input.omega = task->input.omega;
+    v->input.speed = task->input.speed;
+    v->input.held_traction = task->input.held_traction;
+    v->input.held_lateral = task->input.held_lateral;
+    v->input.unslipped = task->input.unslipped;
+}
+
+const char *advance_wheelset(const creep_table *table, model_values *values, size_t n, double step,
+                             double tolerance, size_t *failed) {
+    wheelset_task tasks[MAX_WHEELS];
+    wheelset_parameters bodies[MAX_WHEELS];
+    for (size_t i = 0; i < n; i++) {
+        bodies[i] = body_of(&values[i]);
+        tasks[i] = task_of(&values[i], &bodies[i], tolerance);
+    }
+    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    for (size_t i = 0; i < n; i++) take_state(&values[i], &tasks[i]);
+    return error;
 }
 
 /* The same equations with an unloaded contact; torque and resistance contain the held creep force.
  */
-const char *advance_body(const creep_table *table, model_values *v, double step, double tolerance) {
-    (void)table;
+const char *advance_body(const creep_table *table, model_values *v, size_t n, double step,
+                         double tolerance, size_t *failed) {
+    (void)table, (void)n, (void)failed;
     static const creep_table none = {.k_max = 1.0};
     force_element_parameters contact = {.radius = v->contact.radius,
                                         .kinetic_friction = 1.0,
                                         .static_friction = 1.0,
                                         .slip_rate_residual = 1.0,
                                         .minimum_speed = v->contact.minimum_speed};
-    double force = v->output.creep_force;
-    wheelset_input held = {.drive_torque = v->drive_torque - contact.radius * force,
-                           .resistance_force = v->resistance_force - force,
-                           .friction_scale = 1.0};
-    return advance_states(&none, &contact, &held, v, step, tolerance);
+    wheelset_parameters body = body_of(v);
+    wheelset_task task = task_of(v, &body, tolerance);
+    task.contact = &contact;
+    task.drive_torque -= contact.radius * v->output.creep_force;
+    task.resistance_force -= v->output.creep_force;
+    task.input.normal_load = 0.0;
+    task.input.friction_scale = 1.0;
+    const char *error = wheelset_advance(&none, &task, step);
+    take_state(v, &task);
+    return error;
 }

@@ -53,8 +53,9 @@ void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters
     creep_forces_at(pair, parameters, 1, input, output);
 }
 
-void evaluate_pair(const creep_table *table, model_values *v) {
-    creep_forces_of_one(table->pair, &v->pair, &v->ellipse, &v->forces);
+void evaluate_pair(const creep_table *table, model_values *v, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        creep_forces_of_one(table->pair, &v[i].pair, &v[i].ellipse, &v[i].forces);
 }
 
 void tangent_pair(const creep_table *table, const model_values *v, const model_values *direction,
@@ -76,7 +77,8 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     change->forces.utilisation = used * dlog_used;
 }
 
-const char *advance_pair(const creep_table *table, model_values *v, double step, double tolerance) {
-    (void)table, (void)v, (void)step, (void)tolerance;
+const char *advance_pair(const creep_table *table, model_values *v, size_t n, double step,
+                         double tolerance, size_t *failed) {
+    (void)table, (void)v, (void)n, (void)step, (void)tolerance, (void)failed;
     return NULL;
 }

@@ -1,5 +1,4 @@
-/* The drivetrain's equations for LANES drivetrains at once. A struct of doubles becomes one row of
- * LANES numbers for each field. */
+/* The drivetrain's equations for LANES drivetrains at once. */
 #include <math.h>
 #include <stddef.h>
 
@@ -9,10 +8,6 @@
 #include "table_points.h"
 #include "wheelset_law.h"
 
-#define FIELDS(type) (sizeof(type) / sizeof(double))
-
-/* A field's place in its struct is its place in the equations. */
-#define PLACE(type, field) (offsetof(type, field) / sizeof(double))
 enum {
     SPEED = PLACE(drivetrain_state, speed),
     LEFT = PLACE(drivetrain_state, omega_left),
@@ -69,19 +64,6 @@ typedef struct {
     lanes saturation[2]; /* creepages at the start of the substep */
     lanes nominal_load;
 } group;
-
-/* Copy one lane's fields into a struct of doubles, and back. */
-ALWAYS_INLINE void take(lanes *field, int l, size_t count, double *into) {
-    for (size_t i = 0; i < count; i++) into[i] = field[i][l];
-}
-
-ALWAYS_INLINE void put(lanes *field, int l, size_t count, const double *from) {
-    for (size_t i = 0; i < count; i++) field[i][l] = from[i];
-}
-
-#define TAKE(type, name, field) \
-    type name;                  \
-    take(field, l, FIELDS(type), (double *)&name)
 
 ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
                                               const force_element_parameters *p, int l) {

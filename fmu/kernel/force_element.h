@@ -134,6 +134,17 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 size_t n, const force_element_input *input,
                                                 force_element_output *output);
 
+/* A contact among several. */
+typedef struct {
+    const force_element_parameters *parameters;
+    const force_element_input *input;
+    force_element_output *output;
+} force_task;
+
+/* The same for contacts with the same table and kinds of friction and memory. */
+CONTACTLIB_API void force_element_evaluate_each(const creep_table *table, const force_task *tasks,
+                                                size_t n);
+
 /* Exact changes of the output's members from the creep force to the traction coefficient, and of
  * the rates of the memory, when the input changes along a direction; output must belong to it. */
 CONTACTLIB_API void force_element_tangent(const creep_table *table,

@@ -1,5 +1,5 @@
 /* Time integration of a few stiff differential equations, stable at any step, for LANES systems at
- * once. Define LANES before including this file.
+ * once.
  *
  * Linearly implicit Rosenbrock methods, L-stable and stiffly accurate, whose embedded solution
  * controls the substeps. They need the exact Jacobian and no iteration. Each lane has its own
@@ -19,32 +19,13 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "lanes.h"
 #include "simd_math.h"
 
 enum { MAX_STATES = 9, MAX_ROWS = 14, MAX_SUBSTEPS = 100000 };
 
-#if LANES > 1 && defined(__GNUC__)
-typedef double lanes[LANES] __attribute__((aligned(64))); /* else vectors lie across cache lines */
-#else
-typedef double lanes[LANES];
-#endif
 typedef lanes rows[MAX_ROWS];
 typedef lanes matrix[MAX_ROWS][MAX_STATES];
-
-/* A loop over the lanes, which declares to the compiler that they are independent. */
-#if LANES == 1
-#define EACH_LANE(l) for (int l = 0; l < LANES; l++)
-#elif defined(__clang__)
-#define EACH_LANE(l)                                                                               \
-    _Pragma(                                                                                       \
-        "clang loop vectorize(assume_safety) interleave_count(2) unroll(disable)") for (int l = 0; \
-                                                                                        l < LANES; \
-                                                                                        l++)
-#elif defined(__GNUC__)
-#define EACH_LANE(l) _Pragma("GCC ivdep") for (int l = 0; l < LANES; l++)
-#else
-#define EACH_LANE(l) for (int l = 0; l < LANES; l++)
-#endif
 
 /* Equations y' = f(y). The first rows are states; the others are integrals such as works, on which
  * no rate depends. */

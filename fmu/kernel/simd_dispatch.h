@@ -11,6 +11,7 @@
 #include "creep_table.h"
 #include "drivetrain.h"
 #include "force_element.h"
+#include "wheelset_step.h"
 
 /* A function's name in the version that the including file has chosen. */
 #define JOINED(name, suffix) name##_##suffix
@@ -24,6 +25,9 @@
     void force_element_evaluate_many_##suffix(                                                    \
         const creep_table *, const force_element_parameters *, size_t,                            \
         const force_element_input *, force_element_output *);                                     \
+    void force_element_evaluate_each_##suffix(const creep_table *, const force_task *, size_t);   \
+    const char *wheelset_advance_many_##suffix(const creep_table *, wheelset_task *, size_t,      \
+                                               double, size_t *);                                 \
     void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *,  \
                                           drivetrain_state *, double, double, double, double *,   \
                                           unsigned char *);                                       \

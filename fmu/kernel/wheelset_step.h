@@ -4,41 +4,30 @@
 
 #include "wheelset.h"
 
-typedef struct {
-    double omega;         /* [rad/s] */
-    double speed;         /* [m/s] */
-    double held_traction; /* this and the next ones are constant without memory [1] */
-    double held_lateral;  /* [1] */
-    double unslipped;     /* [1] */
-} wheelset_state;
-
-/* Held over the step. */
-typedef struct {
-    double drive_torque;     /* [N.m] */
-    double resistance_force; /* [N] */
-    double normal_load;      /* [N] */
-    double friction_scale;   /* [1] */
-    double lateral_velocity; /* [m/s] */
-    double spin_velocity;    /* [rad/s] */
-} wheelset_input;
-
-/* Advance the state by one step. The tolerance is relative: to the slip velocity plus that of
+/* A wheelset to be advanced. The tolerance is relative: to the slip velocity plus that of
  * saturation, to the speed plus the minimum speed, and to the held forces over the load plus
- * kinetic friction. It returns the one that was held, which is larger after very many substeps.
- * substep is the length to try first (0: not known) and returns the one to try next. Returns NULL,
- * or why the step failed; the state is then unchanged. */
-CONTACTLIB_API const char *wheelset_advance(const creep_table *table,
-                                            const force_element_parameters *contact,
-                                            const wheelset_parameters *body,
-                                            const wheelset_input *input, wheelset_state *state,
-                                            double step, double *tolerance, double *substep);
+ * kinetic friction. */
+typedef struct {
+    const force_element_parameters *contact;
+    const wheelset_parameters *body; /* NULL: omega changes at its rate, the speed is constant */
+    double omega_rate;               /* only then [rad/s2] */
+    double drive_torque;             /* held over the step [N.m] */
+    double resistance_force;         /* likewise [N] */
+    force_element_input input;       /* velocities and memory are the state, the rest is held */
+    double tolerance; /* returns the one that was held, larger after very many substeps [1] */
+    double substep;   /* length to try first (0: not known); returns the one to try next [s] */
+} wheelset_task;
 
-/* Advance the memory of a contact by one step with held velocities, load and friction. Returns
- * NULL, or why it failed. */
-CONTACTLIB_API const char *force_element_advance(const creep_table *table,
-                                                 const force_element_parameters *contact,
-                                                 force_element_input *input, double step,
-                                                 double tolerance);
+/* Advance the state by one step. Returns NULL, or why the step failed; the state is then
+ * unchanged. */
+CONTACTLIB_API const char *wheelset_advance(const creep_table *table, wheelset_task *task,
+                                            double step);
+
+/* Advance n wheelsets with the same table, tolerance and kinds of contact, with the same bits as
+ * one by one. On failure `failed` returns the first one that failed; the others may have been
+ * advanced. */
+CONTACTLIB_API const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks,
+                                                 size_t n, double step, size_t *failed);
 
 /* Creep force at n distances rolled, from the steady state of the first
  * creepage, which changes evenly with distance in between. Returns NULL, or why it failed. */

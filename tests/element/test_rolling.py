@@ -222,8 +222,10 @@ class InThePlane:
         now.omega = now.speed * (1.0 + x * self.zeta0) / of.radius
         now.lateral_velocity = -y * self.zeta0 * now.speed
         step = distance * of.contact.semi_width / now.speed
-        advance = library().force_element_advance
-        assert not advance(*self.native.structs, now, step, 1e-6)
+        table, contact = self.native.structs
+        task = ffi.new("wheelset_task *", {"contact": contact, "input": now[0], "tolerance": 1e-6})
+        assert not library().wheelset_advance(table, task, step)
+        self.input = now = ffi.new("force_element_input *", task.input)
         return np.array([now.held_traction, now.held_lateral]) / KINETIC
 
 

@@ -37,7 +37,7 @@ def test_start_values_that_no_export_wrote_are_refused(
 ) -> None:
     shutil.copytree(folder, tmp_path / "sent")
     path = tmp_path / "sent" / "resources" / "start_values.bin"
-    path.write_bytes(sealed(path.read_bytes(), FRAME, "<d", value))
+    path.write_bytes(sealed(path.read_bytes(), FRAME + 16, "<d", value))
     log: list[tuple[str, str]] = []
     with pytest.raises(Exception, match="instantiate"):
         Instance(tmp_path / "sent", log=log)
@@ -50,7 +50,8 @@ def test_saved_state_that_no_instance_wrote_is_refused(folder: Path) -> None:
         values = fmu.get("friction_scale", "creep_force")
         data = fmu.saved()
         friction, force = (data.index(struct.pack("<d", value)) for value in values)
-        tolerance, stage = len(data) - 16, len(data) - 8  # and 4 bytes more
+        tolerance = FRAME + 80 + 8 * (32 * 5 + 1)  # after the token, truth values and stop time
+        stage = tolerance + 8
         for at, layout, value in [
             (friction, "<d", -1.0),
             (force, "<d", float("nan")),

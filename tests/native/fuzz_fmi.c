@@ -102,7 +102,7 @@ static int call_boolean(program *p, fuzz_input *in, int setting) {
 /* From where the FMU is, or from anywhere. */
 static int call_step(program *p, fuzz_input *in) {
     const component *core = p->instance;
-    double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now.values.time;
+    double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now->values->time;
     double step = take_byte(in) % 8 == 0 ? take_number(in) : pow(10.0, -(take_byte(in) % 50) / 8.0);
     if (p->stepped++ >= MAX_STEPS) return -1; /* each may take long */
     return v->step(p->instance, point, step);
@@ -121,7 +121,7 @@ static int call_states(program *p, fuzz_input *in, enum operation which) {
     const component *core = p->instance;
     size_t n = take_byte(in) % 6;
     if (n == 5 && core != NULL) /* as many as there are */
-        n = which == GET_INDICATORS ? component_indicators(core) : core->states;
+        n = which == GET_INDICATORS ? component_indicators(core) : component_states(core);
     double *values = which == SET_STATES ? take_numbers(in, n) : room(n, sizeof *values);
     int(*const calls[])
         STATES = {v->set_states, v->get_states, v->get_rates, v->get_indicators, v->get_nominals};
@@ -271,14 +271,17 @@ static int call(program *p, fuzz_input *in, enum operation which) {
 
 /* All but outputs, which a refused call may have brought up to date. */
 static void check_unchanged(const component *core, const component_state *before) {
+    const component_state *now = core->now;
     for (size_t i = 0; i < core->model->count; i++) {
         const model_variable *v = &core->model->variables[i];
         if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) continue;
-        MUST(model_get(v, &core->now.values) == model_get(v, &before->values));
+        for (size_t w = 0; w < core->wheels; w++)
+            MUST(model_get(v, &now->values[w]) == model_get(v, &before->values[w]));
     }
-    MUST(memcmp(&core->now.values.memory, &before->values.memory, sizeof(slip_memory)) == 0);
-    MUST(core->now.stage == before->stage && core->now.tolerance == before->tolerance);
-    MUST(core->now.stop_time == before->stop_time);
+    for (size_t w = 0; w < core->wheels; w++)
+        MUST(memcmp(&now->values[w].memory, &before->values[w].memory, sizeof(slip_memory)) == 0);
+    MUST(now->stage == before->stage && now->tolerance == before->tolerance);
+    MUST(now->stop_time == before->stop_time);
 }
 
 static void run_program(fuzz_input *in) {
@@ -299,8 +302,13 @@ static void run_program(fuzz_input *in) {
     const component *core = p.instance; /* the first member of an instance */
     while (in->left > 0) {
         enum operation which = (enum operation)(take_byte(in) % OPERATIONS);
-        component_state before;
-        if (core != NULL) before = core->now;
+        static union {
+            component_state state;
+            char bytes[sizeof(component_state) + MAX_WHEELS * sizeof(model_values)];
+        } before;
+        if (core != NULL)
+            memcpy(&before, core->now,
+                   sizeof(component_state) + core->wheels * sizeof(model_values));
         int status = call(&p, in, which);
         if (status < 0) continue; /* nothing was called */
         MUST(status <= RESULT_ERROR);
@@ -308,7 +316,7 @@ static void run_program(fuzz_input *in) {
             MUST(status == RESULT_ERROR);
             continue;
         }
-        if (status > RESULT_WARNING) check_unchanged(core, &before);
+        if (status > RESULT_WARNING) check_unchanged(core, &before.state);
         check_values(core);
     }
     for (int i = 0; i < SLOTS; i++)

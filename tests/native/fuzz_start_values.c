@@ -33,10 +33,10 @@ static void note(void *shell, result status, const char *category, const char *t
 static void read_values(component *core) {
     check_values(core);
     if (component_start(core) > RESULT_WARNING) return; /* friction that the table does not fit */
-    for (unsigned i = 0; i < core->model->count; i++) {
+    for (unsigned i = 0; i < core->model->count * core->wheels; i++) {
         double value;
-        int boolean = strcmp(core->model->variables[i].unit, TRUTH) == 0;
-        if (component_get(core, i, boolean, &value) == RESULT_OK) MUST(isfinite(value));
+        int boolean = strcmp(core->model->variables[i / core->wheels].unit, TRUTH) == 0;
+        if (component_get(core, i, 0, boolean, &value) == RESULT_OK) MUST(isfinite(value));
     }
 }
 
@@ -60,7 +60,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bytes = room(length, 1);
     take(&in, bytes, length);
     if (flags & 1 && length >= CHECKED_FILE_FRAME)
-        checked_file_frame(bytes, length, is_table ? "CREEPTAB" : "CREEPVAL", is_table ? 2 : 3);
+        checked_file_frame(bytes, length, is_table ? "CREEPTAB" : "CREEPVAL", is_table ? 2 : 4);
     write_file(to, is_table ? "creep_table.bin" : "start_values.bin", bytes, length);
     free(bytes);
     component core = {.logged = ~0u, .logger = note};

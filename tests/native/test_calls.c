@@ -499,12 +499,13 @@ static void test_numbers_of_values(void) {
 
 static void test_model_by_pointer(void) {
     component *core = instance(0);
-    model_values direct = core->now.values, called = direct;
-    kind->evaluate(&core->table, &direct);
-    model_evaluate(kind, &core->table, &called);
+    model_values direct = *core->now->values, called = direct;
+    size_t failed;
+    kind->evaluate(&core->table, &direct, 1);
+    model_evaluate(kind, &core->table, &called, 1);
     CHECK(memcmp(&direct, &called, sizeof direct) == 0);
-    CHECK(kind->advance(&core->table, &direct, 1e-3, 1e-6) == NULL);
-    CHECK(model_advance(kind, &core->table, &called, 1e-3, 1e-6) == NULL);
+    CHECK(kind->advance(&core->table, &direct, 1, 1e-3, 1e-6, &failed) == NULL);
+    CHECK(model_advance(kind, &core->table, &called, 1, 1e-3, 1e-6, &failed) == NULL);
     CHECK(memcmp(&direct, &called, sizeof direct) == 0);
     v->close(core);
 }

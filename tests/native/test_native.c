@@ -46,11 +46,12 @@ static void test_table(const creep_table *table) {
 /* Any memory and any step: stepped on, or left as it was with a message. */
 static void test_advance(const creep_table *table, const force_element_parameters *parameters,
                          force_element_input in) {
-    force_element_input after = in;
     double step = random_exponent(-9.0, 3.0), most = 2.0 + fabs(in.held_traction);
-    in.speed = after.speed = in.speed * 1e-7;
-    in.omega = after.omega = in.omega * 1e-7;
-    const char *error = force_element_advance(table, parameters, &after, step, 1e-3);
+    in.speed *= 1e-7;
+    in.omega *= 1e-7;
+    wheelset_task task = {.contact = parameters, .input = in, .tolerance = 1e-3};
+    const char *error = wheelset_advance(table, &task, step);
+    force_element_input after = task.input;
     CHECK(fabs(after.held_lateral) <= 2.0 * fabs(in.held_lateral));
     CHECK(isfinite(after.held_traction) && isfinite(after.unslipped));
     CHECK(fabs(after.held_traction) <= most * fmax(1.0, in.friction_scale));
@@ -207,25 +208,24 @@ static void test_creep_forces(const creep_table *table) {
 static void test_steps(const creep_table *table, const force_element_parameters *parameters) {
     wheelset_parameters body = SOME_BODY;
     for (int i = 0; i < 100 && i < points / 10; i++) {
-        wheelset_input in = {
+        wheelset_task task = {
+            .contact = parameters,
+            .body = &body,
             .drive_torque = (random_unit() - 0.5) * random_exponent(0.0, 7.0),
-            .normal_load = i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0),
-            .friction_scale = 1.0,
+            .input = {.omega = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+                      .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
+                      .normal_load = i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0),
+                      .friction_scale = 1.0,
+                      .held_traction = random_unit() - 0.5,
+                      .unslipped = random_unit()},
+            .tolerance = 1e-3,
         };
-        wheelset_state state = {
-            .omega = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
-            .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
-            .held_traction = random_unit() - 0.5,
-            .unslipped = random_unit(),
-        };
-        wheelset_state before = state;
-        double substep = 0.0, tolerance = 1e-3;
-        const char *error = wheelset_advance(table, parameters, &body, &in, &state,
-                                             random_exponent(-6.0, -1.0), &tolerance, &substep);
-        CHECK(tolerance >= 1e-3);
-        CHECK(isfinite(state.omega) && isfinite(state.speed));
-        CHECK(isfinite(state.held_traction) && isfinite(state.unslipped));
-        CHECK(error == NULL || memcmp(&state, &before, sizeof state) == 0);
+        const force_element_input before = task.input, *after = &task.input;
+        const char *error = wheelset_advance(table, &task, random_exponent(-6.0, -1.0));
+        CHECK(task.tolerance >= 1e-3);
+        CHECK(isfinite(after->omega) && isfinite(after->speed));
+        CHECK(isfinite(after->held_traction) && isfinite(after->unslipped));
+        CHECK(error == NULL || memcmp(after, &before, sizeof before) == 0);
     }
 }
 

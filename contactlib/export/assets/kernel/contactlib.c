@@ -12,6 +12,22 @@
 #endif
 
 @kernel@
+/* ---- of one contact -------------------------------------------------------------------------- */
+
+static void force_element_evaluate_each(const creep_table *table, const force_task *tasks,
+                                        size_t n) {
+    for (size_t i = 0; i < n; i++)
+        force_element_evaluate(table, tasks[i].parameters, tasks[i].input, tasks[i].output);
+}
+
+static const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
+                                         double step, size_t *failed) {
+    const char *error = NULL;
+    for (*failed = 0; *failed < n && error == NULL; ++*failed)
+        error = wheelset_advance(table, &tasks[*failed], step);
+    return error;
+}
+
 /* ---- the model ------------------------------------------------------------------------------ */
 
 @data@
@@ -63,8 +79,9 @@ const char *contactlib_step(contactlib_element *element, double step, double tol
     const contactlib_element before = *element;
     const char *error = wrong_step(element, step, tolerance);
     if (error != NULL) return error;
-    evaluate_force(&TABLE, element);
-    error = advance_force(&TABLE, element, step, tolerance);
+    size_t failed = 0;
+    evaluate_force(&TABLE, element, 1);
+    error = advance_force(&TABLE, element, 1, step, tolerance, &failed);
     if (error == NULL) error = wrong_input(&element->input); /* the state may have left its limits */
     if (error != NULL) *element = before;
     return error;

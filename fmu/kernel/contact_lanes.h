@@ -1,0 +1,101 @@
+/* The force of LANES contacts at once, each with parameters of its own. */
+#ifndef CONTACT_LANES_H
+#define CONTACT_LANES_H
+
+#include "force_element_formula.h"
+#include "lanes.h"
+#include "lateral_spin_force.h"
+#include "table_points.h"
+
+/* Contacts with the same table and the same kinds of friction and memory. */
+typedef struct {
+    const creep_table *table;
+    int remembering, thermal, layered;
+    const force_element_parameters *given[LANES];
+    int alone[LANES]; /* 1 without load or friction, or with lateral slip or spin */
+    lanes there[FIELDS(force_element_parameters)]; /* at each one's load */
+    lanes scales[FIELDS(contact_scales)];
+    lanes in[FIELDS(force_element_input)], out[FIELDS(force_element_output)];
+} contacts;
+
+static inline void contacts_begin(contacts *c, const creep_table *table,
+                                  const force_element_parameters *given) {
+    c->table = table;
+    c->remembering = remembers(given);
+    c->thermal = softens_with_heat(given);
+    c->layered = has_layer(given);
+    for (int l = 0; l < LANES; l++) c->given[l] = NULL;
+}
+
+/* Load a contact and its input into a lane. */
+static inline void contacts_load(contacts *c, int l, const force_element_parameters *given,
+                                 const force_element_input *in) {
+    double *load = c->there[PLACE(force_element_parameters, nominal_load)];
+    int grips = can_grip(given, in);
+    double weight = grips ? in->normal_load : given->nominal_load;
+    if (c->given[l] != given || load[l] != weight) {
+        force_element_parameters there = force_element_at_load(given, weight);
+        contact_scales scales = contact_scales_of(&there);
+        put(c->there, l, FIELDS(force_element_parameters), (const double *)&there);
+        put(c->scales, l, FIELDS(contact_scales), (const double *)&scales);
+    }
+    c->given[l] = given;
+    c->alone[l] = !grips || has_lateral_or_spin(c->table, in);
+    put(c->in, l, FIELDS(force_element_input), (const double *)in);
+}
+
+ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering) {
+    lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
+    EACH_LANE (l) {
+        TAKE(force_element_parameters, p, c->there);
+        TAKE(force_element_input, in, c->in);
+        TAKE(contact_scales, scales, c->scales);
+        double slip = slip_of(&p, &in), size = fabs(slip), decay = slip_decay(&p, size);
+        friction_fall fall = falling_friction(c->table, &p, scales, &in, size, decay, thermal);
+        force_state at = begin_force(c->table, &p, scales, &in, &fall, direction_of(slip));
+        put(state, l, FIELDS(force_state), (const double *)&at);
+        x[l] = at.place.x;
+        k_hat[l] = at.place.k_hat;
+        layer[l] = at.place.layer_ratio;
+    }
+    for (int l = 0; c->layered && l < LANES; l++) {
+        TAKE(force_element_parameters, p, c->there);
+        TAKE(force_state, at, state);
+        add_layer(&p, &at);
+        put(state, l, FIELDS(force_state), (const double *)&at);
+        x[l] = at.place.x;
+        k_hat[l] = at.place.k_hat;
+        layer[l] = at.place.layer_ratio;
+    }
+    evaluate_points(c->table, LANES, x, k_hat, layer, ratio, slope, log_k, log_layer);
+    EACH_LANE (l) {
+        TAKE(force_element_parameters, p, c->there);
+        TAKE(force_element_input, in, c->in);
+        TAKE(force_state, at, state);
+        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
+        force_element_output out;
+        finish_force(c->table, &p, &in, &at, q, &out);
+        if (remembering) memory_action(&p, &in, &at, &out);
+        put(c->out, l, FIELDS(force_element_output), (const double *)&out);
+    }
+}
+
+/* Set the outputs. Velocities and memory may have changed since the loading. */
+static inline void contacts_evaluate(contacts *c) {
+    int alone = 0;
+    for (int l = 0; l < LANES; l++) alone += c->alone[l];
+    if (alone == LANES) { /* nothing is left to do together */
+    } else if (c->remembering && c->thermal) evaluate_together(c, 1, 1);
+    else if (c->remembering) evaluate_together(c, 0, 1);
+    else if (c->thermal) evaluate_together(c, 1, 0);
+    else evaluate_together(c, 0, 0);
+    for (int l = 0; alone > 0 && l < LANES; l++) {
+        if (!c->alone[l]) continue;
+        TAKE(force_element_input, in, c->in);
+        force_element_output out;
+        force_element_evaluate(c->table, c->given[l], &in, &out);
+        put(c->out, l, FIELDS(force_element_output), (const double *)&out);
+    }
+}
+
+#endif

@@ -1,0 +1,90 @@
+/* The functions of simd_dispatch.h for contacts and wheelsets, LANES of them at a time, for one
+ * vector width, which the including file has chosen. A vehicle has few wheels, so there are fewer
+ * lanes than for drivetrains. */
+#define LANES 8
+#include "contact_lanes.h"
+#include "simd_dispatch.h"
+#include "wheel_motion.h"
+
+/* Up to LANES contacts. */
+static void evaluate_few(contacts *c, const force_task *tasks, size_t n) {
+    for (size_t l = 0; l < LANES; l++) /* a lane without a contact repeats the first */
+        contacts_load(c, (int)l, tasks[l < n ? l : 0].parameters, tasks[l < n ? l : 0].input);
+    contacts_evaluate(c);
+    for (size_t l = 0; l < n; l++)
+        take(c->out, (int)l, FIELDS(force_element_output), (double *)tasks[l].output);
+}
+
+void WIDE(force_element_evaluate_each)(const creep_table *table, const force_task *tasks,
+                                       size_t n) {
+    contacts c;
+    contacts_begin(&c, table, tasks[0].parameters);
+    for (size_t i = 0; i < n; i += LANES)
+        evaluate_few(&c, &tasks[i], n - i < LANES ? n - i : LANES);
+}
+
+void WIDE(force_element_evaluate_many)(const creep_table *table,
+                                       const force_element_parameters *parameters, size_t n,
+                                       const force_element_input *input,
+                                       force_element_output *output) {
+    contacts c;
+    contacts_begin(&c, table, parameters);
+    for (size_t first = 0; first < n; first += LANES) {
+        size_t count = n - first < LANES ? n - first : LANES;
+        force_task tasks[LANES];
+        for (size_t i = 0; i < count; i++)
+            tasks[i] = (force_task){parameters, &input[first + i], &output[first + i]};
+        evaluate_few(&c, tasks, count);
+    }
+}
+
+/* Up to LANES wheelsets. One that needs very many substeps begins again alone. */
+static const char *advance_few(const creep_table *table, wheelset_task *tasks, size_t n,
+                               double step, size_t *failed) {
+    motion m;
+    integration run;
+    int late[LANES] = {0};
+    const char *error = NULL;
+    memset(&m, 0, sizeof m);
+    memset(&run, 0, sizeof run);
+    contacts_begin(&m.contact, table, tasks->contact);
+    for (size_t l = 0; l < LANES; l++) {
+        const wheelset_task *task = &tasks[l < n ? l : 0];
+        contacts_load(&m.contact, (int)l, task->contact, &task->input);
+        load_motion(&m, run.y, (int)l, task);
+        run.left[l] = l < n ? step : 0.0;
+        run.h[l] = task->substep > 0.0 ? task->substep : step;
+    }
+    equations problem = motion_equations(&m);
+    for (int busy = 1; busy;) {
+        rosenbrock_substep(&problem, &run, tasks->tolerance);
+        busy = 0;
+        for (size_t l = 0; l < n; l++) {
+            late[l] |= run.left[l] > 0.0 && run.count[l] >= MANY_SUBSTEPS;
+            run.left[l] = late[l] ? 0.0 : run.left[l];
+            busy |= run.left[l] > 0.0;
+        }
+    }
+    for (size_t l = n; l-- > 0;) {
+        if (late[l]) {
+            const char *found = wheelset_advance(table, &tasks[l], step);
+            error = found != NULL ? found : error;
+            *failed = found != NULL ? l : *failed;
+        } else {
+            store_motion(run.y, (int)l, &tasks[l].input);
+            tasks[l].substep = run.h[l];
+        }
+    }
+    return error;
+}
+
+const char *WIDE(wheelset_advance_many)(const creep_table *table, wheelset_task *tasks, size_t n,
+                                        double step, size_t *failed) {
+    for (size_t first = 0; first < n; first += LANES) {
+        size_t count = n - first < LANES ? n - first : LANES;
+        const char *error = advance_few(table, &tasks[first], count, step, failed);
+        *failed += error != NULL ? first : 0;
+        if (error != NULL) return error;
+    }
+    return NULL;
+}

@@ -1,0 +1,3 @@
+/* Wheels for any processor of the platform. */
+#define WIDE_SUFFIX portable
+#include "simd_wheels.h"

@@ -1,0 +1,276 @@
+"""Several wheels in one FMU, against as many FMUs of one wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from exported_fmu import exported
+from fmpy.validation import validate_fmu
+from fmu_instance import EXPORTS, Instance
+
+import contactlib as cl
+
+WHEELS = 8
+# From the start of the run; each wheel has its own load, velocities and friction.
+INPUTS: dict[str, Any] = {
+    "omega": lambda i, k: (1.0 + 0.002 * i * np.sin(0.3 * k)) * 20.0,
+    "speed": lambda i, k: 10.0 - 0.01 * k,
+    "drive_torque": lambda i, k: 2e4 + 2e3 * i,
+    "normal_load": lambda i, k: 0.0 if i == 3 else 1e5 - 2e3 * i + 50.0 * k,
+    "friction_scale": lambda i, k: 0.3 if i == 4 else 1.0 - 0.02 * i,
+    "lateral_velocity": lambda i, k: 0.01 if i == 5 else 0.0,
+    "spin_velocity": lambda i, k: 0.02 if i == 6 else 0.0,
+    "creepage_x": lambda i, k: -0.0005 * i,
+    "creepage_y": lambda i, k: 0.0001 * k,
+    "spin": lambda i, k: 0.01 * i,
+}
+FRICTION = [0.45 + 0.01 * i for i in range(WHEELS)]
+
+
+class Wheels:
+    """An instance with several wheels, its variables by name and wheel, alike for both versions."""
+
+    def __init__(self, tool: Instance) -> None:
+        self.tool, self.version = tool, tool.version
+        self.inputs = self._of("input")
+        self.outputs = self._of("output")
+
+    def _of(self, causality: str) -> list[str]:
+        variables = self.tool.description.modelVariables
+        found = (v.name.split("[")[0] for v in variables if v.causality == causality)
+        return list(dict.fromkeys(found))
+
+    def scalars(self, name: str) -> list[str]:
+        """Names of the variables that hold a variable of each wheel."""
+        if self.version == 3:
+            return [name]
+        return [f"{name}[{i + 1}]" for i in range(WHEELS)]
+
+    def references(self, *names: str) -> list[int]:
+        return [self.tool.references[one] for name in names for one in self.scalars(name)]
+
+    def set(self, **values: list[float]) -> None:
+        for name, each in values.items():
+            set_values = self.tool.fmu.setFloat64 if self.version == 3 else self.tool.fmu.setReal
+            set_values(self.references(name), each)
+
+    def get(self, name: str) -> list[float]:
+        """Value of each wheel."""
+        of, fmu = self.references(name), self.tool.fmu
+        if self.version == 2:
+            boolean = self.scalars(name)[0] in self.tool.booleans
+            return list(map(float, (fmu.getBoolean if boolean else fmu.getReal)(of)))
+        boolean = name in self.tool.booleans
+        return list(map(float, (fmu.getBoolean if boolean else fmu.getFloat64)(of, WHEELS)))
+
+
+def inputs_at(names: list[str], wheel: int, step: int) -> dict[str, float]:
+    return {name: INPUTS[name](wheel, step) for name in names if name in INPUTS}
+
+
+CASES = [name for name in EXPORTS if name != "wheelset_body"]
+
+
+@pytest.fixture(scope="module", params=[(n, v) for n in CASES for v in (2, 3)], ids=str)
+def pair(
+    request: pytest.FixtureRequest, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """FMUs of several wheels and of one."""
+    (name, version), folder = request.param, tmp_path_factory.mktemp("wheels")
+    options = {"wheels": WHEELS, "per_wheel": ["static_friction"]}
+    return (
+        exported(locomotive, folder, name, version, **options),
+        exported(locomotive, folder, name, version),
+    )
+
+
+def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
+    together = Wheels(Instance(pair[0]).initialize())
+    singles = [Instance(pair[1]).initialize() for _ in range(WHEELS)]
+    together.set(static_friction=FRICTION)
+    states = [v.derivative.name for v in singles[0].description.modelVariables if v.derivative]
+    for k in range(40):
+        names = [name for name in together.inputs if k == 0 or name not in states]
+        given = [inputs_at(names, i, k) for i in range(WHEELS)]
+        together.set(**{name: [one[name] for one in given] for name in given[0]})
+        for i, (one, values) in enumerate(zip(singles, given, strict=True)):
+            one.set(**values, **({"static_friction": FRICTION[i]} if k == 0 else {}))
+        for tool in (together.tool, *singles):
+            if k == 0:
+                tool.fmu.exitInitializationMode()
+            tool.step(0.001 * k, 0.001)
+        for name in together.outputs:
+            expected = [one.get(name)[0] for one in singles]
+            assert together.get(name) == expected, (name, k)
+    if states:
+        assert len({*together.get(states[0])}) == WHEELS
+
+
+def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
+    tools = Instance(pair[0], exchange=True), Instance(pair[1], exchange=True)
+    together, count = Wheels(tools[0].start()), WHEELS
+    one = tools[1].start()
+    for tool in (together.tool, one):
+        tool.fmu.newDiscreteStates() if tool.version == 2 else tool.fmu.updateDiscreteStates()
+        tool.fmu.enterContinuousTimeMode()
+    names = [v.derivative.name for v in one.description.modelVariables if v.derivative]
+    falling = [name for name in ("falling_branch",) if name in together.outputs]
+    given = [inputs_at(together.inputs, i, 7) for i in range(count)]
+    together.set(**{name: [of[name] for of in given] for name in given[0]})
+    start = {"omega": 20.0, "speed": 10.0, "held_traction": 0.1}
+    for i in range(count):
+        one.set(**given[i], **{n: (1.0 + 0.001 * i) * start[n] for n in names if n in start})
+        for name in names:
+            values = together.get(name)
+            values[i] = one.get(name)[0]
+            together.set(**{name: values})
+        states, n = len(names), len(one.description.eventIndicators or ()) or 5
+        for call, size in (
+            ("ContinuousStates", states),
+            ("ContinuousStateDerivatives" if one.version == 3 else "Derivatives", states),
+            ("EventIndicators", n if falling else 0),
+        ):
+            all_of, alone = np.zeros(size * count), np.zeros(size)
+            for tool, values in ((together.tool, all_of), (one, alone)):
+                pointer = np.ctypeslib.as_ctypes(values)
+                function = getattr(tool.fmu, f"fmi{tool.version}Get{call}")
+                function(tool.fmu.component, pointer, values.size)
+            np.testing.assert_array_equal(all_of.reshape(size, count)[:, i], alone, err_msg=call)
+
+
+def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
+    together, one = Wheels(Instance(pair[0]).start()), Instance(pair[1]).start()
+    outputs = [n for n in together.outputs if n in ("creep_force", "force_x", "lateral_force")]
+    known = "creepage_x" if "creepage_x" in together.inputs else "omega"
+    given = [inputs_at(together.inputs, i, 2) for i in range(WHEELS)]
+    together.set(**{name: [of[name] for of in given] for name in given[0]})
+    of, to = together.references(*outputs), together.references(known)
+    seed = [0.0] * WHEELS
+    for i in range(WHEELS):
+        one.set(**given[i])
+        expected = one.derivative(outputs, [known], [2.0])
+        seed[i] = 2.0
+        size = [WHEELS * len(outputs)] if together.version == 3 else []
+        found = together.tool.fmu.getDirectionalDerivative(of, to, seed, *size)
+        table = np.reshape(found, (len(outputs), WHEELS))
+        seed[i] = 0.0
+        np.testing.assert_array_equal(table[:, i], expected)
+        assert np.count_nonzero(np.delete(table, i, axis=1)) == 0
+    friction = ["static_friction", "kinetic_friction"]
+    if together.version == 3:  # a common parameter moves all wheels, one per wheel only its own
+        references = [together.tool.references[name] for name in friction]
+        weight = np.arange(1.0, WHEELS * len(outputs) + 1.0).tolist()
+        found = together.tool.fmu.getAdjointDerivative(of, references, weight, WHEELS + 1)
+        columns = [
+            together.tool.fmu.getDirectionalDerivative(
+                of, references, np.eye(WHEELS + 1)[j].tolist(), len(weight)
+            )
+            for j in range(WHEELS + 1)
+        ]
+        np.testing.assert_allclose(found, np.array(columns) @ weight, rtol=1e-12, atol=1e-9)
+
+
+def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
+    together = Wheels(Instance(pair[0]).start())
+
+    def step(time: float) -> list[list[float]]:
+        together.set(friction_scale=[1.0 - 0.05 * i - time for i in range(WHEELS)])
+        together.tool.step(time, 0.01)
+        return [together.get(name) for name in together.outputs]
+
+    step(0.0)
+    saved = together.tool.saved()
+    first = step(0.01)
+    step(0.02)
+    other = Wheels(Instance(pair[0]).start())
+    other.tool.restore(saved)
+    together.tool.restore(saved)
+    assert step(0.01) == first
+    assert together.tool.saved() != saved
+    with Instance(pair[1]).start() as one, one.refused("another FMU"):
+        one.restore(saved)
+
+
+def test_description_is_valid_and_names_each_wheel(pair: tuple[Path, Path]) -> None:
+    folder, _ = pair
+    assert validate_fmu(str(folder)) == []
+    description = fmpy.read_model_description(str(folder))
+    variables = {v.name: v for v in description.modelVariables}
+    if description.fmiVersion == "2.0":
+        assert "friction_scale[8]" in variables and "kinetic_friction" in variables
+        assert "static_friction[8]" in variables
+        output = next(v for v in description.outputs if v.variable.name.endswith("[3]"))
+        assert {d.name.partition("[")[2] for d in output.dependencies} <= {"", "3]"}
+        return
+    arrays = {name for name, v in variables.items() if v.dimensions}
+    assert {"friction_scale", "static_friction"} < arrays
+    assert "kinetic_friction" not in arrays and "time" not in arrays
+    assert all(int(v.dimensions[0].start) == WHEELS for v in map(variables.get, arrays))
+
+
+def test_messages_name_the_wheel(pair: tuple[Path, Path]) -> None:
+    together = Wheels(Instance(pair[0]).start())
+    tool, values = together.tool, [1.0] * WHEELS
+    values[2] = 2e3
+    with tool.refused("friction_scale[3] = 2000 is out of range", status=2):
+        together.set(friction_scale=values)
+    values = list(FRICTION)
+    values[4] = 0.1
+    together.set(static_friction=values)
+    with tool.refused("wheel 5: static_friction = 0.1"):
+        together.get(together.outputs[-1])
+    if together.version == 3:
+        with tool.refused("nValues = 1 must be the number of the variables' values, 8"):
+            tool.fmu.getFloat64(together.references("friction_scale"))
+    else:
+        last = max(tool.references.values())
+        with tool.refused(f"value reference {last + WHEELS} is not a real variable"):
+            tool.fmu.getReal([last + WHEELS])
+        common = tool.references["kinetic_friction"]
+        with tool.refused(f"value reference {common + 1} is not a real variable"):
+            tool.fmu.getReal([common + 1])
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_runs_eight_wheelsets(locomotive: cl.Model, tmp_path: Path, version: int) -> None:
+    options: dict[str, Any] = {"kind": "wheelset", "fmi_version": version}
+    eight = cl.export_fmu(locomotive, tmp_path / "8.fmu", wheels=WHEELS, **options)
+    single = cl.export_fmu(locomotive, tmp_path / "1.fmu", **options)
+    ends = ["omega"] if version == 3 else [f"omega[{i + 1}]" for i in range(WHEELS)]
+    torque = np.linspace(1e4, 2e4, WHEELS)
+    starts: dict[str, Any] = {f"drive_torque[{i + 1}]": t for i, t in enumerate(torque)}
+    if version == 3:
+        starts = {"drive_torque": torque}
+    for interface in ("CoSimulation", "ModelExchange"):
+
+        def end(fmu: Path, output: list[str], given: dict[str, Any], how: str = interface) -> Any:
+            run = fmpy.simulate_fmu(
+                str(fmu), fmi_type=how, start_values=given, output=output, stop_time=1.0
+            )
+            return np.array([run[name][-1] for name in output]).ravel()
+
+        alone = [end(single, ["omega"], {"drive_torque": value})[0] for value in torque]
+        np.testing.assert_allclose(end(eight, ends, starts), alone, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"wheels": 0}, "wheels = 0"),
+        ({"wheels": 33}, "wheels = 33"),
+        ({"wheels": 2.5}, "wheels = 2.5"),
+        ({"wheels": 2, "kind": "wheelset_body"}, "needs a kind with a contact"),
+        ({"wheels": 2, "per_wheel": ["implicit"]}, "per_wheel = 'implicit' must be one of"),
+        ({"wheels": 2, "per_wheel": ["omega"]}, "per_wheel = 'omega' must be one of: radius,"),
+        ({"per_wheel": ["radius"]}, "per_wheel = 'radius' needs wheels > 1"),
+    ],
+)
+def test_bad_numbers_of_wheels_are_refused(
+    locomotive: cl.Model, tmp_path: Path, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        cl.export_fmu(locomotive, tmp_path / "x.fmu", **options)
