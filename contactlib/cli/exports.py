@@ -133,6 +133,17 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     is_flag=True,
     help="Make truth values real numbers, 0 or 1, for tools that read every output as one.",
 )
+@click.option(
+    "--wheels",
+    type=int,
+    default=1,
+    help="Number of wheels, or of wheelsets, that one FMU steps side by side. Default: 1.",
+)
+@click.option(
+    "--per-wheel",
+    help="Comma-separated parameters that each wheel has for itself, such as static_friction. "
+    "Default: they have all in common.",
+)
 @click.option("--author", help="Author of the exported model.")
 @click.option("--version", help="Version of the exported model.")
 @click.option(
@@ -155,6 +166,8 @@ def fmu(
     implicit: bool,
     parallel_exchange: bool,
     no_booleans: bool,
+    wheels: int,
+    per_wheel: str | None,
     author: str | None,
     version: str | None,
     ssp: bool,
@@ -186,6 +199,8 @@ def fmu(
             "implicit": implicit,
             "parallel-exchange": parallel_exchange,
             "no-booleans": no_booleans,
+            "wheels": wheels > 1,
+            "per-wheel": per_wheel,
         }
         given = [f"--{name}" for name, value in chosen.items() if value]
         if given:
@@ -200,6 +215,8 @@ def fmu(
             implicit=implicit,
             parallel_exchange=parallel_exchange,
             booleans=not no_booleans,
+            wheels=wheels,
+            per_wheel=[] if per_wheel is None else [name.strip() for name in per_wheel.split(",")],
             **common,
         )
         if kind == "force_element" and not implicit:

@@ -34,6 +34,7 @@ MEMORY = (  # of a contact with memory
 )
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
+MAX_VARIABLES = 128  # of a wheel, as in fmu/fmi/component.h
 UNLIMITED = 1e300  # the kernel's limit for numbers without one
 
 # Causality and variability for each role in the kernel's list.
@@ -130,7 +131,11 @@ class Variable:
         stem, end = (self.name[:-1], ")") if self.role == "derivative" else (self.name, "")
         return [
             replace(
-                self, name=f"{stem}[{i + 1}]{end}", reference=self.reference + i, size=0, wheel=i
+                self,
+                name=f"{stem}[{i + 1}]{end}",
+                reference=self.reference + i * MAX_VARIABLES,
+                size=0,
+                wheel=i,
             )
             for i in range(self.size)
         ]
@@ -201,9 +206,7 @@ class Description:
         for data in self.resources.values():
             digest.update(data)
         given = (self.text, self.start_values, self.booleans, self.author, self.version)
-        if self.wheels > 1:
-            given = (*given, self.wheels, *self.per_wheel)
-        digest.update(repr(given).encode())
+        digest.update(repr((*given, self.wheels, *self.per_wheel)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @cached_property
@@ -353,7 +356,7 @@ class Description:
         low, high = entry.limits.at_least, entry.limits.at_most
         return Variable(
             name=entry.name,
-            reference=reference if self.arrays else reference * self.wheels,
+            reference=reference,
             description=self._described(entry),
             role=entry.role,
             causality=causality,
@@ -439,7 +442,5 @@ class Description:
             fewer = KINEMATIC | (HELD if self.remembers else {})
             needed = set(fewer.get(stem, needed - BODY_INPUTS))
         return [
-            v.name
-            for v in known
-            if v.name.split("[")[0] in needed or v.causality == "parameter"
+            v.name for v in known if v.name.split("[")[0] in needed or v.causality == "parameter"
         ]

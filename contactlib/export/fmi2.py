@@ -74,6 +74,6 @@ def _add_structure(root: Element, description: Description) -> None:
         if not members:
             continue
         parent = SubElement(structure, group)
-        for unknown in sorted(members, key=lambda u: u.variable.reference):
+        for unknown in sorted(members, key=lambda u: indices[u.variable.name]):
             index = {"index": str(indices[unknown.variable.name])}
             SubElement(parent, "Unknown", {**index, **dependency_attributes(unknown, indices)})

@@ -121,8 +121,8 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     found = {"time": time}
     for v in inputs:
         first = columns[v.name][0]
-        for i, element in enumerate(v.elements()):
-            found[element.name] = first + (1.0 - 0.03 * i) * (columns[v.name] - first)
+        for i, one in enumerate(v.elements()):
+            found[one.name] = first + (1.0 - 0.03 * i) * (columns[v.name] - first)
     return found
 
 

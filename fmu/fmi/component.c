@@ -249,9 +249,10 @@ result component_set_up(component *self, double start, int has_stop, double stop
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-/* The index of a reference's variable in the model's list. */
+/* The index of a reference's variable in the model's list. Without arrays the bits above it hold
+ * the wheel. */
 static size_t index_of(const component *self, unsigned reference) {
-    return self->has_arrays ? reference : reference / self->wheels;
+    return self->has_arrays ? reference : reference % MAX_VARIABLES;
 }
 
 size_t component_size(const component *self, unsigned reference) {
@@ -267,14 +268,15 @@ size_t component_total_size(const component *self, const unsigned *references, s
 
 /* The wheel of an element of a variable. */
 static size_t wheel_of(const component *self, unsigned reference, size_t element) {
-    return self->has_arrays ? element : reference % self->wheels;
+    return self->has_arrays ? element : reference / MAX_VARIABLES;
 }
 
 /* The variable of a value reference, if it is part of the model and has the expected type. */
 static const model_variable *find(component *self, unsigned reference, int boolean) {
     const model *m = self->model;
     size_t i = index_of(self, reference);
-    if (i < m->count && !(self->is_common[i] && wheel_of(self, reference, 0) > 0)) {
+    size_t wheels = i < m->count && !self->is_common[i] ? self->wheels : 1;
+    if (i < m->count && wheel_of(self, reference, 0) < wheels) {
         const model_variable *v = &m->variables[i];
         int typed = is_truth(v) && self->has_booleans;
         if (typed == boolean && model_has(v, self->start)) return v;
@@ -520,7 +522,7 @@ static void check_exchange(component *self, size_t wheel) {
 
 result component_step(component *self, double point, double step) {
     model_values *values = self->now->values, before[MAX_WHEELS];
-    double end = point + step, now = values->time, longest = INFINITY;
+    double end = point + step, now = values->time, substeps[MAX_WHEELS];
     size_t failed = 0;
     if (!(step > 0.0 && isfinite(end)))
         return component_log(self, RESULT_ERROR,
@@ -536,20 +538,20 @@ result component_step(component *self, double point, double step) {
         return component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
                              SHOWN_TO(17, end), SHOWN_TO(17, self->now->stop_time));
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    size_t size = self->wheels * sizeof *values;
-    memcpy(before, values, size);
+    for (size_t w = 0; w < self->wheels; w++) substeps[w] = values[w].substep;
+    if (self->states > 0) memcpy(before, values, self->wheels * sizeof *values);
     const char *error = self->model->advance(&self->table, values, self->wheels, step,
                                              self->now->tolerance, &failed);
     if (error != NULL) {
-        longest = 0.5 * values[failed].substep; /* a motion so wild needs more or fewer substeps */
-        memcpy(values, before, size);
+        double longest = 0.5 * values[failed].substep; /* so wild a motion needs more or fewer */
+        values[failed].substep = substeps[failed];
         return component_log(
             self, RESULT_DISCARD,
             "%sthe step of %s s from %s s: %s; take steps of at most %s s, or a larger tolerance",
             WHEEL(failed), SHOWN(step), SHOWN(point), error, SHOWN(longest));
     }
     if (!states_in_range(self)) {
-        memcpy(values, before, size);
+        memcpy(values, before, self->wheels * sizeof *values);
         return component_log(self, RESULT_DISCARD,
                              "the step of %s s from %s s: a state leaves its range", SHOWN(step),
                              SHOWN(point));

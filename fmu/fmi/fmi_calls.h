@@ -93,10 +93,10 @@ CALL_ALONE(Reset) {
 
 /* Getter and setter of real numbers and of truth values; the last parameters are what the version
  * adds to theirs, and checks. A setter checks all values, then sets them. */
-#define EACH_ELEMENT(i, k, place)                                                          \
-    for (size_t i = 0, place = 0; i < n && status == RESULT_OK; i++)                       \
-        for (size_t k = 0; k < component_size(core, references[i]) && status == RESULT_OK; \
-             k++, place++)
+#define EACH_ELEMENT(i, k, place)                                      \
+    for (size_t i = 0, place = 0; i < n && status == RESULT_OK; i++)   \
+        for (size_t k = 0, size = component_size(core, references[i]); \
+             k < size && status == RESULT_OK; k++, place++)
 
 #define VALUES_OF(type, boolean, status_of, from_double, to_double, further, check) \
     CALL(Get##type, REFERENCES, FMI(type) values[] further) {                       \

@@ -31,6 +31,10 @@ static double stable_step(const model_values *v) {
 
 void evaluate_contacts(const creep_table *table, model_values *values, size_t n) {
     force_task tasks[MAX_WHEELS];
+    if (n == 1) {
+        force_element_evaluate(table, &values->contact, &values->input, &values->output);
+        return;
+    }
     for (size_t i = 0; i < n; i++) {
         tasks[i].parameters = &values[i].contact;
         tasks[i].input = &values[i].input;
@@ -187,6 +191,7 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
     if (v->parallel_exchange == 0.0) memory.applied = memory.force;
     v->memory = memory;
     v->held_tolerance = task->tolerance;
+    v->substep = task->substep;
     v->input.held_traction = task->input.held_traction;
     v->input.held_lateral = task->input.held_lateral;
     v->input.unslipped = task->input.unslipped;
@@ -208,7 +213,7 @@ static const char *step_slips(const creep_table *table, model_values *values, si
         ends[i].output = &values[i].output;
     }
     const char *error = wheelset_advance_many(table, tasks, n, step, failed);
-    for (size_t i = 0; i < n; i++) values[i].substep = tasks[i].substep;
+    if (error != NULL) values[*failed].substep = tasks[*failed].substep;
     if (error != NULL) return error;
     force_element_evaluate_each(table, ends, n);
     for (size_t i = 0; i < n; i++) end_slip_step(&values[i], step, &steps[i], &tasks[i]);
@@ -251,15 +256,20 @@ static const char *advance_memories(const creep_table *table, model_values *valu
         tasks[i].tolerance = tolerance;
     }
     const char *error = wheelset_advance_many(table, tasks, n, step, failed);
-    for (size_t i = 0; i < n; i++) values[i].input = tasks[i].input;
+    for (size_t i = 0; i < n && error == NULL; i++) {
+        remember(table, &values[i], step);
+        values[i].input = tasks[i].input;
+    }
     return error;
 }
 
 const char *advance_force(const creep_table *table, model_values *values, size_t n, double step,
                           double tolerance, size_t *failed) {
     if (values->implicit != 0.0) return step_slips(table, values, n, step, tolerance, failed);
-    for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
-    if (values->contact.relaxation_length == 0.0) return NULL;
+    if (values->contact.relaxation_length == 0.0) {
+        for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
+        return NULL;
+    }
     const char *error = advance_memories(table, values, n, step, tolerance, failed);
     if (error != NULL) return error;
     evaluate_force(table, values, n); /* the tool applies the force at the step's end */

@@ -78,7 +78,8 @@ const char *advance_wheelset(const creep_table *table, model_values *values, siz
         tasks[i] = task_of(&values[i], &bodies[i], tolerance);
     }
     const char *error = wheelset_advance_many(table, tasks, n, step, failed);
-    for (size_t i = 0; i < n; i++) take_state(&values[i], &tasks[i]);
+    if (error != NULL) values[*failed].substep = tasks[*failed].substep;
+    for (size_t i = 0; i < n && error == NULL; i++) take_state(&values[i], &tasks[i]);
     return error;
 }
 
@@ -101,6 +102,7 @@ const char *advance_body(const creep_table *table, model_values *v, size_t n, do
     task.input.normal_load = 0.0;
     task.input.friction_scale = 1.0;
     const char *error = wheelset_advance(&none, &task, step);
-    take_state(v, &task);
+    v->substep = task.substep;
+    if (error == NULL) take_state(v, &task);
     return error;
 }

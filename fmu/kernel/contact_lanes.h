@@ -44,7 +44,10 @@ static inline void contacts_load(contacts *c, int l, const force_element_paramet
     put(c->in, l, FIELDS(force_element_input), (const double *)in);
 }
 
-ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering) {
+#define STORE(field) c->out[PLACE(force_element_output, field)][l] = out.field
+
+/* Set the outputs, or only those that the equations of motion need. */
+ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int all) {
     lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
@@ -76,19 +79,34 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering) 
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
         if (remembering) memory_action(&p, &in, &at, &out);
-        put(c->out, l, FIELDS(force_element_output), (const double *)&out);
+        if (all) {
+            put(c->out, l, FIELDS(force_element_output), (const double *)&out);
+            continue;
+        }
+        STORE(creep_force);
+        STORE(force_by_omega);
+        STORE(force_by_speed);
+        STORE(force_by_traction);
+        STORE(saturation_creepage);
+        if (!remembering) continue;
+        STORE(traction_rate);
+        STORE(lateral_rate);
+        STORE(unslipped_rate);
+        const double *by = &out.traction_by_omega;
+        UNROLLED for (int i = 0; i < 15; i++)
+            c->out[PLACE(force_element_output, traction_by_omega) + i][l] = by[i];
     }
 }
 
-/* Set the outputs. Velocities and memory may have changed since the loading. */
-static inline void contacts_evaluate(contacts *c) {
+/* Velocities and memory may have changed since the loading. */
+ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int all) {
     int alone = 0;
     for (int l = 0; l < LANES; l++) alone += c->alone[l];
     if (alone == LANES) { /* nothing is left to do together */
-    } else if (c->remembering && c->thermal) evaluate_together(c, 1, 1);
-    else if (c->remembering) evaluate_together(c, 0, 1);
-    else if (c->thermal) evaluate_together(c, 1, 0);
-    else evaluate_together(c, 0, 0);
+    } else if (c->remembering && c->thermal) evaluate_together(c, 1, 1, all);
+    else if (c->remembering) evaluate_together(c, 0, 1, all);
+    else if (c->thermal) evaluate_together(c, 1, 0, all);
+    else evaluate_together(c, 0, 0, all);
     for (int l = 0; alone > 0 && l < LANES; l++) {
         if (!c->alone[l]) continue;
         TAKE(force_element_input, in, c->in);
@@ -97,5 +115,11 @@ static inline void contacts_evaluate(contacts *c) {
         put(c->out, l, FIELDS(force_element_output), (const double *)&out);
     }
 }
+
+/* Set what the equations of motion need. */
+static void contacts_evaluate(contacts *c) { evaluate_contacts_of(c, 0); }
+
+/* Set all outputs. */
+static void contacts_evaluate_all(contacts *c) { evaluate_contacts_of(c, 1); }
 
 #endif

@@ -47,6 +47,17 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     if (remembers(&p)) memory_action(&p, in, &at, out);
 }
 
+void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {
+#ifndef ONE_FILE_KERNEL
+    if (n > PAIR) {
+        force_element_evaluate_wide(table, tasks, n);
+        return;
+    }
+#endif /* ONE_FILE_KERNEL */
+    for (size_t i = 0; i < n; i++)
+        force_element_evaluate(table, tasks[i].parameters, tasks[i].input, tasks[i].output);
+}
+
 #ifndef ONE_FILE_KERNEL
 double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
 

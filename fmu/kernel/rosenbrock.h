@@ -222,7 +222,7 @@ typedef struct {
     lanes left;  /* rest of the step [s]; a lane with no rest keeps its y */
     lanes h;     /* length to try next [s], above zero */
     lanes count; /* number of substeps */
-    matrix j;    /* must start as zero: the rates set only elements that can differ from zero */
+    matrix j;    /* starts as zero where the rates do not set it */
 } integration;
 
 /* Whether a lane will not finish: its rates are NaN, or it cannot meet the tolerance. */

@@ -37,7 +37,7 @@ static int width(void) {
 #define CHOOSE(name) name##_portable
 #endif
 
-enum { FEW = 4, PAIR = 2 }; /* up to so many drivetrains or wheels are quicker one by one */
+enum { FEW = 4 }; /* up to this many drivetrains are quicker one after another */
 
 void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
                                const double *k_hat, size_t k_stride, const double *layer_ratio,
@@ -52,20 +52,13 @@ void force_element_evaluate_many(const creep_table *table,
     CHOOSE(force_element_evaluate_many)(table, parameters, n, input, output);
 }
 
-void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {
-    if (n > PAIR) CHOOSE(force_element_evaluate_each)(table, tasks, n);
-    for (size_t i = 0; n <= PAIR && i < n; i++)
-        force_element_evaluate(table, tasks[i].parameters, tasks[i].input, tasks[i].output);
+void force_element_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n) {
+    CHOOSE(force_element_evaluate_each)(table, tasks, n);
 }
 
-const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
+const char *wheelset_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
                                   double step, size_t *failed) {
-    if (n > PAIR) return CHOOSE(wheelset_advance_many)(table, tasks, n, step, failed);
-    for (*failed = 0; *failed < n; ++*failed) {
-        const char *error = wheelset_advance(table, &tasks[*failed], step);
-        if (error != NULL) return error;
-    }
-    return NULL;
+    return CHOOSE(wheelset_advance_many)(table, tasks, n, step, failed);
 }
 
 void drivetrain_advance_many(const drivetrain_member *members, size_t n, drivetrain_input *input,

@@ -10,7 +10,7 @@
 static void evaluate_few(contacts *c, const force_task *tasks, size_t n) {
     for (size_t l = 0; l < LANES; l++) /* a lane without a contact repeats the first */
         contacts_load(c, (int)l, tasks[l < n ? l : 0].parameters, tasks[l < n ? l : 0].input);
-    contacts_evaluate(c);
+    contacts_evaluate_all(c);
     for (size_t l = 0; l < n; l++)
         take(c->out, (int)l, FIELDS(force_element_output), (double *)tasks[l].output);
 }
@@ -45,8 +45,6 @@ static const char *advance_few(const creep_table *table, wheelset_task *tasks, s
     integration run;
     int late[LANES] = {0};
     const char *error = NULL;
-    memset(&m, 0, sizeof m);
-    memset(&run, 0, sizeof run);
     contacts_begin(&m.contact, table, tasks->contact);
     for (size_t l = 0; l < LANES; l++) {
         const wheelset_task *task = &tasks[l < n ? l : 0];
@@ -54,6 +52,7 @@ static const char *advance_few(const creep_table *table, wheelset_task *tasks, s
         load_motion(&m, run.y, (int)l, task);
         run.left[l] = l < n ? step : 0.0;
         run.h[l] = task->substep > 0.0 ? task->substep : step;
+        run.count[l] = 0.0;
     }
     equations problem = motion_equations(&m);
     for (int busy = 1; busy;) {

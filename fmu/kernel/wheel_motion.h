@@ -51,21 +51,25 @@ ALWAYS_INLINE void set_motion(motion *m, rows y, rows f, matrix *jacobian) {
     }
 }
 
-/* Rows of y: omega, speed, held_traction, held_lateral, unslipped. */
+/* Rows of y: omega, speed, held_traction, held_lateral, unslipped. The last three are constant
+ * without memory. */
 static void motion_rates_of(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     lanes *in = m->contact.in, *out = m->contact.out;
+    const int memory_rows = remembers(m->contact.given[0]) ? 3 : 0;
     memcpy(INPUT(omega), y[0], sizeof(lanes));
     memcpy(INPUT(speed), y[1], sizeof(lanes));
-    for (int i = 0; i < 3; i++) memcpy((&INPUT(held_traction))[i], y[2 + i], sizeof(lanes));
+    for (int i = 0; i < memory_rows; i++)
+        memcpy((&INPUT(held_traction))[i], y[2 + i], sizeof(lanes));
     contacts_evaluate(&m->contact);
-    for (int i = 0; i < 3; i++) memcpy(f[2 + i], (&OUTPUT_OF(traction_rate))[i], sizeof(lanes));
+    for (int i = 0; i < memory_rows; i++)
+        memcpy(f[2 + i], (&OUTPUT_OF(traction_rate))[i], sizeof(lanes));
     if (!jacobian) {
         set_motion(m, y, f, NULL);
         return;
     }
     set_motion(m, y, f, jacobian);
-    for (int i = 0; i < 3; i++) /* of the rates of held_traction, held_lateral and unslipped */
+    for (int i = 0; i < memory_rows; i++)
         memcpy((*jacobian)[2 + i], &OUTPUT_OF(traction_by_omega) + 5 * i, 5 * sizeof(lanes));
 }
 
@@ -91,7 +95,6 @@ static void motion_error_size(void *model, rows y, rows error, lanes size) {
     }
 }
 
-/* Without memory the last three rows are constant. */
 static inline equations motion_equations(motion *m) {
     equations wheelset = {2, 2, {0, 1, 2, 3, 4}, m, motion_rates_of, motion_error_size};
     equations memory = {4, 4, {0, 2, 3, 4}, m, motion_rates_of, memory_error_size};

@@ -37,6 +37,7 @@ static const char *advance(const equations *problem, integration *run, double st
     double held = *tolerance;
     run->left[0] = step;
     run->h[0] = *substep > 0.0 ? *substep : step;
+    run->count[0] = 0.0;
     while (run->left[0] > 0.0) {
         if (run->count[0] >= MAX_SUBSTEPS) {
             *substep = step - run->left[0];
@@ -53,8 +54,6 @@ static const char *advance(const equations *problem, integration *run, double st
 const char *wheelset_advance(const creep_table *table, wheelset_task *task, double step) {
     motion m;
     integration run;
-    memset(&m, 0, sizeof m);
-    memset(&run, 0, sizeof run);
     m.contact.table = table;
     m.contact.given[0] = task->contact;
     put(m.contact.in, 0, FIELDS(force_element_input), (const double *)&task->input);
@@ -63,6 +62,18 @@ const char *wheelset_advance(const creep_table *table, wheelset_task *task, doub
     const char *error = advance(&problem, &run, step, &task->tolerance, &task->substep);
     if (error == NULL) store_motion(run.y, 0, &task->input);
     return error;
+}
+
+const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
+                                  double step, size_t *failed) {
+#ifndef ONE_FILE_KERNEL
+    if (n > PAIR) return wheelset_advance_wide(table, tasks, n, step, failed);
+#endif /* ONE_FILE_KERNEL */
+    for (*failed = 0; *failed < n; ++*failed) {
+        const char *error = wheelset_advance(table, &tasks[*failed], step);
+        if (error != NULL) return error;
+    }
+    return NULL;
 }
 
 #ifndef ONE_FILE_KERNEL

@@ -28,6 +28,8 @@ CONTACTLIB_API const char *wheelset_advance(const creep_table *table, wheelset_t
  * advanced. */
 CONTACTLIB_API const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks,
                                                  size_t n, double step, size_t *failed);
+const char *wheelset_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
+                                  double step, size_t *failed);
 
 /* Creep force at n distances rolled, from the steady state of the first
  * creepage, which changes evenly with distance in between. Returns NULL, or why it failed. */

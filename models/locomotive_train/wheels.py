@@ -1,4 +1,4 @@
-"""Creep forces of the eight wheels, from contactlib in Python or from instances of its FMU."""
+"""Creep forces of the eight wheels, from contactlib in Python or from its FMU."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Protocol, Self
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -23,6 +23,7 @@ INPUTS = (
     "spin_velocity",
 )
 OUTPUTS = ("creep_force", "lateral_force", "spin_moment")
+WHEELS = 2 * AXLES
 
 
 def inputs(element: cl.ForceElement, motion: Motion, friction: FloatArray) -> dict[str, FloatArray]:
@@ -60,8 +61,8 @@ class Element:
         return found["creep_force"], found["lateral_force"], found["spin_moment"]
 
 
-class Instances:
-    """An instance of the exported force element for each wheel; a context manager, which ends them.
+class Fmu:
+    """The exported force element with eight wheels; a context manager, which ends it.
 
     In co-simulation the element is implicit: it returns the means over a step of the force that it
     would have found inside an iteration. In model exchange it returns the force at the inputs.
@@ -77,41 +78,34 @@ class Instances:
         # springs answer: what moves is the wheelset alone.
         mass = locomotive.vehicle.wheelset_mass
         inverse = 2.0 * (locomotive.wheelset.radius**2 / locomotive.wheel_inertia + 1.0 / mass)
-        self._fmus: list[Any] = []
-        for wheel in range(2 * AXLES):
-            one = (FMU2Model if exchange else FMU2Slave)(
-                guid=description.guid,
-                unzipDirectory=self._folder,
-                modelIdentifier=description.modelName,
-                instanceName=f"wheel{wheel}",
-            )
-            one.instantiate()
-            one.setupExperiment(startTime=0.0)
-            one.enterInitializationMode()
-            if not exchange:
-                one.setReal([reference["effective_inverse_mass"]], [inverse])
-            one.exitInitializationMode()
-            if exchange:
-                one.enterContinuousTimeMode()
-            self._fmus.append(one)
+        self._fmu: Any = (FMU3Model if exchange else FMU3Slave)(
+            guid=description.guid,
+            unzipDirectory=self._folder,
+            modelIdentifier=description.modelName,
+            instanceName="wheels",
+        )
+        self._fmu.instantiate()
+        self._fmu.enterInitializationMode(startTime=0.0)
+        if not exchange:
+            self._fmu.setFloat64([reference["effective_inverse_mass"]], [inverse])
+        self._fmu.exitInitializationMode()
+        if exchange:
+            self._fmu.enterContinuousTimeMode()
 
     def forces(self, motion: Motion, friction: FloatArray, time: float, step: float) -> Forces:
         """Forces at the motion, or their means over the step."""
-        given = np.stack(list(inputs(self._element, motion, friction).values()), axis=-1)
-        found = []
-        for one, values in zip(self._fmus, given.reshape(-1, len(INPUTS)).tolist(), strict=True):
-            one.setReal(self._in, values)
-            if not self._exchange:
-                one.doStep(time, step)
-            found.append(one.getReal(self._out))
-        creep, lateral, moment = np.array(found).reshape(AXLES, 2, 3).transpose(2, 0, 1)
+        given = inputs(self._element, motion, friction).values()
+        self._fmu.setFloat64(self._in, np.concatenate([np.ravel(v) for v in given]).tolist())
+        if not self._exchange:
+            self._fmu.doStep(time, step)
+        found = self._fmu.getFloat64(self._out, len(OUTPUTS) * WHEELS)
+        creep, lateral, moment = np.reshape(found, (len(OUTPUTS), AXLES, 2))
         return creep, lateral, moment
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *unused: object) -> None:
-        for one in self._fmus:
-            one.terminate()
-            one.freeInstance()
+        self._fmu.terminate()
+        self._fmu.freeInstance()
         shutil.rmtree(self._folder, ignore_errors=True)

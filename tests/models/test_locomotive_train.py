@@ -23,7 +23,7 @@ from locomotive_train.vehicle import (
     directions,
     dot,
 )
-from locomotive_train.wheels import Instances
+from locomotive_train.wheels import Fmu
 from outside_tools import module
 
 import contactlib as cl
@@ -53,8 +53,8 @@ def locomotive(scenario: cl.Scenario) -> Locomotive:
 def fmu(scenario: cl.Scenario, tmp_path_factory: pytest.TempPathFactory) -> str:
     wheelset = scenario.drivetrain.wheelset.without_memory()
     model = replace(cl.load_model("locomotive.toml"), wheelset=wheelset)
-    path = tmp_path_factory.mktemp("fmu") / "wheel.fmu"
-    return str(cl.export_fmu(model, path, implicit=True))
+    path = tmp_path_factory.mktemp("fmu") / "wheels.fmu"
+    return str(cl.export_fmu(model, path, implicit=True, fmi_version=3, wheels=8))
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def simulate(fmu: str) -> Simulate:
     ) -> Run:
         if not (once or exchange):
             return run(locomotive, drive, **how)  # type: ignore[no-any-return]
-        with Instances(locomotive, fmu, exchange=exchange) as wheels:
+        with Fmu(locomotive, fmu, exchange=exchange) as wheels:
             return run(locomotive, drive, source=wheels, held=once, **how)  # type: ignore
 
     return simulated

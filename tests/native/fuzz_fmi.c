@@ -102,7 +102,8 @@ static int call_boolean(program *p, fuzz_input *in, int setting) {
 /* From where the FMU is, or from anywhere. */
 static int call_step(program *p, fuzz_input *in) {
     const component *core = p->instance;
-    double point = take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now->values->time;
+    double point =
+        take_byte(in) % 8 == 0 || core == NULL ? take_number(in) : core->now->values->time;
     double step = take_byte(in) % 8 == 0 ? take_number(in) : pow(10.0, -(take_byte(in) % 50) / 8.0);
     if (p->stepped++ >= MAX_STEPS) return -1; /* each may take long */
     return v->step(p->instance, point, step);

@@ -35,8 +35,10 @@ static void read_values(component *core) {
     if (component_start(core) > RESULT_WARNING) return; /* friction that the table does not fit */
     for (unsigned i = 0; i < core->model->count * core->wheels; i++) {
         double value;
-        int boolean = strcmp(core->model->variables[i / core->wheels].unit, TRUTH) == 0;
-        if (component_get(core, i, 0, boolean, &value) == RESULT_OK) MUST(isfinite(value));
+        unsigned of = i / (unsigned)core->wheels, wheel = i % (unsigned)core->wheels;
+        int boolean = strcmp(core->model->variables[of].unit, TRUTH) == 0;
+        if (component_get(core, of + MAX_VARIABLES * wheel, 0, boolean, &value) == RESULT_OK)
+            MUST(isfinite(value));
     }
 }
 

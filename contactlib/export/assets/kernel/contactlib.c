@@ -12,22 +12,6 @@
 #endif
 
 @kernel@
-/* ---- of one contact -------------------------------------------------------------------------- */
-
-static void force_element_evaluate_each(const creep_table *table, const force_task *tasks,
-                                        size_t n) {
-    for (size_t i = 0; i < n; i++)
-        force_element_evaluate(table, tasks[i].parameters, tasks[i].input, tasks[i].output);
-}
-
-static const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
-                                         double step, size_t *failed) {
-    const char *error = NULL;
-    for (*failed = 0; *failed < n && error == NULL; ++*failed)
-        error = wheelset_advance(table, &tasks[*failed], step);
-    return error;
-}
-
 /* ---- the model ------------------------------------------------------------------------------ */
 
 @data@
