@@ -35,6 +35,15 @@ NOT_RUN: dict[str, dict[str, str]] = {
 }
 
 
+WITH_WHEELS = ("force_element", "force_element-memory", "wheelset-memory")
+
+
+def of_wheels(model: cl.Model, folder: Path, name: str) -> Fmu:
+    """An FMU of three wheels that differ in static friction."""
+    options = {**EXPORTS[name], "wheels": 3, "per_wheel": ["static_friction"]}
+    return Fmu(fitting(model, name), folder, **options)
+
+
 class Line(NamedTuple):
     """A line of a source."""
 
@@ -58,6 +67,10 @@ def run_all(
         clean([tests, "60", fmu.location, fmu.token, options["kind"]])
         if name == "wheelset":
             clean([build.program("test_threads"), "2", "1", fmu.location, fmu.token])
+    for name in WITH_WHEELS:
+        fmu = of_wheels(model, folder / f"wheels-{name}", name)
+        given = fmu.location, fmu.token, EXPORTS[name]["kind"], fmu.resources
+        clean([build.program("test_wheels"), *given])
     fmu = Fmu(model, folder / "tables", fmi_version=2)
     table = fmu.resources / "creep_table.bin"
     clean([tests, "200", fmu.location, fmu.token])

@@ -725,10 +725,10 @@ static void test_no_room(void) {
     values.input = (force_element_input){
         .omega = 1e9, .speed = 1e9, .normal_load = 1.0, .friction_scale = 1e-6};
     values.contact.contact_modulus = 1e15;
-    evaluate_force(&table, &values);
+    evaluate_force(&table, &values, 1);
     CHECK(isfinite(change_of(&table, &values, &faster).force_gradient));
     values.contact.static_friction = values.contact.kinetic_friction = 1e3;
-    evaluate_force(&table, &values);
+    evaluate_force(&table, &values, 1);
     CHECK(change_of(&table, &values, &rougher).k_hat == 0.0);
 }
 

@@ -229,6 +229,55 @@ static void test_steps(const creep_table *table, const force_element_parameters 
     }
 }
 
+/* Many contacts and wheelsets have the bits of one by one, and the first that fails is named. */
+static void test_together(const creep_table *table, const force_element_parameters *parameters) {
+    enum { MANY_WHEELS = 19, LATE = 11 };
+    wheelset_parameters body = SOME_BODY;
+    force_element_parameters contact[MANY_WHEELS];
+    force_element_output out[MANY_WHEELS], alone;
+    force_task contacts[MANY_WHEELS];
+    wheelset_task tasks[MANY_WHEELS];
+    for (int i = 0; i < MANY_WHEELS; i++) {
+        contact[i] = *parameters;
+        contact[i].static_friction *= 1.0 + 0.02 * i;
+        tasks[i] = (wheelset_task){
+            .contact = &contact[i],
+            .body = &body,
+            .drive_torque = 1e3 * i,
+            .input = {.omega = 20.0 + 0.01 * i,
+                      .speed = 10.0,
+                      .normal_load = i == 3 ? 0.0 : 1e5 - 1e3 * i,
+                      .friction_scale = i == 4 ? 0.0 : 1.0,
+                      .lateral_velocity = i == 5 ? 0.01 : 0.0,
+                      .unslipped = 1.0},
+            .tolerance = 1e-4,
+        };
+        contacts[i] = (force_task){&contact[i], &tasks[i].input, &out[i]};
+    }
+    for (size_t n = 1; n <= MANY_WHEELS; n += 3) {
+        wheelset_task together[MANY_WHEELS];
+        size_t failed = 0;
+        force_element_evaluate_each(table, contacts, n);
+        memcpy(together, tasks, sizeof tasks);
+        CHECK(wheelset_advance_many(table, together, n, 0.01, &failed) == NULL);
+        for (size_t i = 0; i < n; i++) {
+            wheelset_task one = tasks[i];
+            force_element_evaluate(table, one.contact, &one.input, &alone);
+            CHECK(memcmp(&alone, &out[i], sizeof alone) == 0);
+            CHECK(wheelset_advance(table, &one, 0.01) == NULL);
+            CHECK(memcmp(&one.input, &together[i].input, sizeof one.input) == 0);
+            CHECK(one.substep == together[i].substep);
+        }
+    }
+    size_t failed = 0;
+    tasks[LATE].drive_torque = NAN;
+    CHECK(wheelset_advance_many(table, tasks, MANY_WHEELS, 0.01, &failed) != NULL);
+    CHECK(failed == LATE);
+    CHECK(wheelset_advance_many(table, &tasks[LATE - 1], 2, 0.01, &failed) != NULL);
+    CHECK(failed == 1);
+    CHECK(isfinite(tasks[LATE].input.omega) && isfinite(tasks[0].input.omega));
+}
+
 /* Two wheels, with any of axle, motor and memory, that differ in everything. */
 typedef struct {
     force_element_parameters contact;
@@ -663,18 +712,22 @@ int main(int count, char **arguments) {
     test_steps(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);
+    test_together(&table, contacts);
+    test_together(&table, parameters);
     parameters++;
     *parameters = contacts[1];
     parameters->softening_temperature =
         600.0; /* and with the fall with slip speed, as a tool may */
     parameters->thermal_effusivity = 13e3;
     test_force(&table, parameters);
+    test_together(&table, parameters);
     parameters->relaxation_length = parameters->slip_rate_decay = 0.0;
     parameters->elliptic = 1.0;
     parameters->layer_compliance = 1.3e-13;
     test_force(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);
+    test_together(&table, parameters);
     test_tangent(&table, parameters);
     test_curve(&table, contacts);
     test_run(&table, contacts);

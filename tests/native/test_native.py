@@ -78,6 +78,16 @@ def test_every_function_of_fmi_is_clean_under_sanitizers(
     clean([sanitized.program("test_native"), "20", location, fmu.token, kind])
 
 
+@pytest.mark.parametrize("name", line_coverage.WITH_WHEELS)
+def test_wheels_of_one_fmu_are_clean_under_sanitizers(
+    sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str
+) -> None:
+    fmu = line_coverage.of_wheels(locomotive, tmp_path / "x", name)
+    kind = EXPORTS[name]["kind"]
+    given = fmu.resources.as_uri(), fmu.token, kind, fmu.resources
+    clean([sanitized.program("test_wheels"), *given])
+
+
 def test_memory_that_is_refused_is_an_error_and_no_leak(
     sanitized: Build, rig: cl.Model, tmp_path: Path
 ) -> None:
