@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 START_VALUES_VERSION = 4
-MOST_WHEELS = 32  # in one FMU, as in fmu/fmi/model.h
+MAX_WHEELS = 32  # in one FMU, as in fmu/fmi/model.h
 
 
 LONGEST_STEP = {  # [s]
@@ -179,7 +179,7 @@ def describe(
         implicit=implicit,
         parallel_exchange=parallel_exchange,
         booleans=booleans,
-        wheels=checked_whole("wheels", wheels, Limits(at_least=1.0, at_most=MOST_WHEELS)),
+        wheels=checked_whole("wheels", wheels, Limits(at_least=1.0, at_most=MAX_WHEELS)),
         per_wheel=tuple(per_wheel),
         author=author,
         version=version,
