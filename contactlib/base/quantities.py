@@ -120,6 +120,12 @@ class Quantity(Limits):
         """Whether a number is in the usual range, if there is one."""
         return self.usual is None or self.usual[0] <= value <= self.usual[1]
 
+    def is_plain(self, array: FloatArray) -> bool:
+        """Whether every element is allowed and usual, of a quantity that need not be whole."""
+        low, high = self.usual or (-math.inf, math.inf)
+        usual = Limits(at_least=low, at_most=high)
+        return not self.whole and self.allow_all(array) and usual.allow_all(array)
+
     def doubt(self, name: str, value: float) -> str | None:
         """Sentence on a number that is not usual; None if it is usual."""
         if self.usual is None or self.is_usual(value):

@@ -27,8 +27,8 @@ def c_sources(pattern: str = "*.[ch]") -> list[Path]:
     return sorted((p for folder in folders for p in folder.glob(pattern)), key=lambda p: p.name)
 
 
-def read_small(path: Path) -> bytes:
-    """Contents of a file, read up to the file size limit.
+def read_small(path: Path, limit: int = MAX_BYTES) -> bytes:
+    """Contents of a file, read up to a file size limit.
 
     Raises
     ------
@@ -36,9 +36,9 @@ def read_small(path: Path) -> bytes:
         If it is too large.
     """
     with open(path, "rb") as file:
-        data = file.read(MAX_BYTES + 1)
-    if len(data) > MAX_BYTES:
-        raise ValueError(f"the file is too large: it must have <= {MAX_BYTES / 1e6:g} MB")
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise ValueError(f"the file is too large: it must have <= {limit / 1e6:g} MB")
     return data
 
 

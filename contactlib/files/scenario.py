@@ -33,6 +33,7 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Keys, arguments, optional, without
+from contactlib.files.track_map import TrackMap, with_track_map
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
@@ -330,6 +331,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
 SECTIONS: Mapping[str, Keys] = {
     "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
     **{name: declared(make) for name, make in MADE.items()},
+    "track": {**declared(TrackMap), **declared(Track.from_breakpoints)},
 }
 ABSENT = ("axle", "wheel_load", "held_speed")  # sections that are optional parts of a scenario
 KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
@@ -375,8 +377,8 @@ def load_scenario(
     ----------
     path : path
         A TOML file, or the name of a shipped one such as ``"dry_wet_dry.toml"``. A file that it
-        or its vehicle refers to lies in the folder of the referring file or below, or is a
-        shipped one.
+        or its vehicle refers to, such as the map of its track, lies in the folder of the referring
+        file or below, or is a shipped one.
     table, progress : optional
         As for `load_model`.
 
@@ -452,6 +454,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             found = mistakes.of(vehicle_contents, data, file.parent)
             if found:
                 mistakes.of(_check_vehicle, *found[:2])
+        data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
         mistakes.of(read_sections, data, BuildCache())
         if "controllers" in data:
             mistakes.of(read_controllers, data["controllers"])

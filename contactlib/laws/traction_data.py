@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import codecs
-import csv
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +12,13 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib.base.csv_columns import (
+    cell_number,
+    csv_numbers,
+    csv_rows,
+    decoded,
+    name_and_unit,
+)
 from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
@@ -156,7 +161,7 @@ class TractionData:
             load = checked_number("load", load, POSITIVE)
         place = os.fspath(path)
         try:
-            text = _decoded(read_small(Path(path)))
+            text = decoded(read_small(Path(path)))
             found, lines = _read_columns(text, columns, creepage_unit, load)
             if "speed" in found and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
@@ -203,50 +208,6 @@ def _check_columns(columns: Sequence[str | int]) -> None:
         )
 
 
-def _decoded(data: bytes) -> str:
-    """Text in UTF-8, or in the other encodings that spreadsheets write."""
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", errors="replace").lstrip("\ufeff")
-    try:
-        return data.decode("utf-8").lstrip("\ufeff")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
-
-
-def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each row, without comments and empty rows."""
-    lines = text.splitlines()
-    kept = [
-        (number, line)
-        for number, line in enumerate(lines, start=1)
-        if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
-    ]
-    if not kept:
-        return
-    bare = re.sub('"[^"]*"', "", kept[0][1])
-    sign = next((sign for sign in "\t;," if sign in bare), " ")
-    for number, line in kept:
-        try:
-            line = line.strip() if sign == " " else line
-            row = next(csv.reader([line], delimiter=sign, skipinitialspace=True, strict=True))
-        except csv.Error as error:
-            raise ValueError(f"line {number}: {error}") from None
-        yield number, [cell.strip() for cell in row]
-
-
-def _named(cell: str) -> tuple[str, str]:
-    """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
-    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s(%))", cell)
-    return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
-
-
-def _number(cell: str) -> float | None:
-    try:  # Python also reads 1_0, and the digits of any script
-        return float(cell.replace(",", ".", 1)) if cell.isascii() and "_" not in cell else None
-    except ValueError:
-        return None
-
-
 def _read_columns(
     text: str,
     columns: Sequence[str | int] | None,
@@ -254,22 +215,22 @@ def _read_columns(
     load: float | None,
 ) -> tuple[dict[str, FloatArray], list[int]]:
     """Columns in SI units by the names of `COLUMNS`, and the lines of the points."""
-    rows = list(_rows(text))
+    rows = list(csv_rows(text))
     if not rows:
         raise ValueError("line 1: the file is empty: it needs a line that names the columns")
     line, head = rows[0]
-    names = [_named(cell)[0] for cell in head]
-    headless = any(_number(cell) is not None for cell in head)
+    names = [name_and_unit(cell)[0] for cell in head]
+    headless = any(cell_number(cell) is not None for cell in head)
     if columns is None:
         columns = [COLUMNS[0], COLUMNS[1] if load is None else "creep_force"]
         columns += ["speed"] if "speed" in names else []
     places = [_place(line, head, names, column, headless) for column in columns]
-    units = ["" if headless else _named(head[place])[1] for place in places]
+    units = ["" if headless else name_and_unit(head[place])[1] for place in places]
     body = rows if headless else rows[1:]
     if body and not headless:
         first = [body[0][1][place] if place < len(body[0][1]) else "" for place in places]
         # 1 alone may be a number.
-        named = any(cell and _number(cell) is None for cell in first)
+        named = any(cell and cell_number(cell) is None for cell in first)
         if named and all(_is_unit(cell.strip("[]()")) for cell in first):
             units = [cell.strip("[]()") for cell in first]
             body = body[1:]
@@ -282,7 +243,7 @@ def _read_columns(
                 f"line {line}: {name} varies, but a creep curve is of one: keep its rows"
             )
     shown_names = [f"column {p + 1}" if headless else head[p] for p in places]
-    table = _numbers(body, len(head), places, shown_names)
+    table = csv_numbers(body, len(head), places, shown_names)
     found: dict[str, FloatArray] = {}
     for kind, name, unit, column in zip(COLUMNS, shown_names, units, table.T, strict=False):
         if kind == "creepage" and creepage_unit is not None:
@@ -352,33 +313,3 @@ def _place(
     if len(found) > 1:
         raise ValueError(f"line {line}: {len(found)} columns {column!r}: select one by its number")
     return found[0]
-
-
-def _numbers(
-    body: Sequence[tuple[int, list[str]]],
-    width: int,
-    places: Sequence[int],
-    names: Sequence[str],
-) -> FloatArray:
-    """Numbers of the chosen columns, a row for each line."""
-    table = np.empty((len(body), len(places)))
-    signs: dict[str, int] = {}  # line of the first decimal sign of each kind
-    for i, (line, cells) in enumerate(body):
-        if len(cells) < width or any(cells[width:]):
-            hint = "; are there decimal commas? they need another separator than the comma"
-            raise ValueError(
-                f"line {line}: {len(cells)} values for {width} columns"
-                + (hint if len(cells) == 2 * width else "")
-            )
-        for j, (place, name) in enumerate(zip(places, names, strict=True)):
-            value = _number(cells[place])
-            if value is None:
-                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number")
-            signs.update({s: signs.get(s, line) for s in ".," if s in cells[place]})
-            if len(signs) > 1:
-                raise ValueError(
-                    f"line {line}: {name} = {cells[place]!r}, but line {min(signs.values())} has "
-                    "another decimal sign"
-                )
-            table[i, j] = value
-    return table

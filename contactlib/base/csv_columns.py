@@ -1,0 +1,97 @@
+"""Reading the columns of CSV files as measuring systems and spreadsheets write them."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import chain
+
+import numpy as np
+
+from contactlib.base.quantities import FloatArray
+
+
+def decoded(data: bytes) -> str:
+    """Text in UTF-8, or in the other encodings that spreadsheets write."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace").lstrip("\ufeff")
+    try:
+        return data.decode("utf-8").lstrip("\ufeff")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row, without comments and empty rows."""
+    lines = text.splitlines()
+    kept = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
+    ]
+    if not kept:
+        return
+    bare = re.sub('"[^"]*"', "", kept[0][1])
+    sign = next((sign for sign in "\t;," if sign in bare), " ")
+    for number, line in kept:
+        try:
+            line = line.strip() if sign == " " else line
+            row = line.split(sign)  # a tenth of the reader's time
+            if sign == " " or '"' in line:
+                row = next(csv.reader([line], delimiter=sign, skipinitialspace=True, strict=True))
+        except csv.Error as error:
+            raise ValueError(f"line {number}: {error}") from None
+        yield number, [cell.strip() for cell in row]
+
+
+def name_and_unit(cell: str) -> tuple[str, str]:
+    """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s(%))", cell)
+    return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
+
+
+def cell_number(cell: str) -> float | None:
+    """Number in a cell, with a decimal point or a decimal comma, or None."""
+    try:  # Python also reads 1_0, and the digits of any script
+        return float(cell.replace(",", ".", 1)) if cell.isascii() and "_" not in cell else None
+    except ValueError:
+        return None
+
+
+def csv_numbers(
+    body: Sequence[tuple[int, list[str]]],
+    width: int,
+    places: Sequence[int],
+    names: Sequence[str],
+) -> FloatArray:
+    """Numbers of the chosen columns, a row for each line."""
+    whole = "".join(chain.from_iterable(cells for _, cells in body))
+    if whole.isascii() and set(whole).isdisjoint("_,") and {len(c) for _, c in body} == {width}:
+        with suppress(ValueError):  # a tenth of the time of what follows, which names the cell
+            return np.array([[float(cells[place]) for place in places] for _, cells in body])
+    table = np.empty((len(body), len(places)))
+    signs: dict[str, int] = {}  # line of the first decimal sign of each kind
+    for i, (line, cells) in enumerate(body):
+        if len(cells) < width or any(cells[width:]):
+            hint = "; are there decimal commas? they need another separator than the comma"
+            raise ValueError(
+                f"line {line}: {len(cells)} values for {width} columns"
+                + (hint if len(cells) == 2 * width else "")
+            )
+        for j, (place, name) in enumerate(zip(places, names, strict=True)):
+            value = cell_number(cells[place])
+            if value is None:
+                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number")
+            for sign in ".,":
+                if sign in cells[place]:
+                    signs.setdefault(sign, line)
+            if len(signs) > 1:
+                raise ValueError(
+                    f"line {line}: {name} = {cells[place]!r}, but line {min(signs.values())} has "
+                    "another decimal sign"
+                )
+            table[i, j] = value
+    return table

@@ -1,0 +1,114 @@
+"""Friction over distance from a CSV file that a scenario names, such as one that was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contactlib.base.csv_columns import cell_number, csv_numbers, csv_rows, decoded, name_and_unit
+from contactlib.base.quantities import Parameters, declared
+from contactlib.base.text import known_names
+from contactlib.base.units import unit_value
+from contactlib.base.writing import read_small
+from contactlib.files.reading import file_beside, in_file, text
+from contactlib.vehicle.track import FACTOR, LISTS, Track
+
+COLUMNS = ("distance", *LISTS)
+MAX_MAP_BYTES = 10_000_000  # some 500 000 rows, which Python reads in a few seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackMap(Parameters):
+    """A map of the track.
+
+    Parameters
+    ----------
+    map : str, optional
+        CSV file of a map of the track, in place of `distance` and the factors over it. It lies
+        beside the scenario or below its folder, or is a shipped one.
+    """
+
+    map: str | None = None
+
+
+def read_track_map(path: Path) -> dict[str, list[float]]:
+    """Read the breakpoints of a track.
+
+    Parameters
+    ----------
+    path : Path
+        A CSV file, written as for `TractionData.from_csv`. Its first line names the columns, which
+        are those lists of `Track.from_breakpoints` that are over distance.
+
+    Returns
+    -------
+    dict
+        The lists by name [m, 1].
+
+    Raises
+    ------
+    ValueError
+        If the file has another content; the message is one line that names line and column.
+    OSError
+        If the file cannot be read.
+    """
+    rows = list(csv_rows(decoded(read_small(path, MAX_MAP_BYTES))))
+    head = rows[0][1] if rows else []
+    if not head or any(cell_number(cell) is not None for cell in head):
+        raise ValueError(f"line 1: it must name the columns; known are {', '.join(COLUMNS)}")
+    line, body = rows[0][0], rows[1:]
+    names = [name_and_unit(cell)[0] for cell in head]
+    for name in names:
+        if name not in COLUMNS:
+            raise ValueError(f"line {line}: no column is {name!r}; {known_names(name, COLUMNS)}")
+        if names.count(name) > 1:
+            raise ValueError(f"line {line}: {names.count(name)} columns {name!r}")
+    if not body:
+        raise ValueError(f"line {line}: no data after the columns' names")
+    table = csv_numbers(body, len(head), range(len(head)), head)
+    keys = {key: one.quantity for key, one in declared(Track.from_breakpoints).items()}
+    found = {}
+    for cell, name, column in zip(head, names, table.T, strict=True):
+        limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
+        factor = unit_value(unit, limits.unit) if unit else 1.0
+        if factor is None:
+            raise ValueError(
+                f"line {line}: {name} is in {unit!r}, which is not a unit in {limits.unit}"
+            )
+        bad = np.flatnonzero(~limits.allows(factor * column))
+        if bad.size:
+            place = int(bad[0])
+            raise ValueError(
+                f"line {body[place][0]}: {cell} = {float(column[place])!r} is out of range: must "
+                f"be {limits}"
+            )
+        found[name] = (factor * column).tolist()
+    at = found.get("distance", [])
+    for i in range(1, len(at)):
+        twice = i > 1 and at[i] == at[i - 2]
+        if at[i] < at[i - 1] or twice:
+            raise ValueError(
+                f"line {body[i][0]}: distance = {at[i]!r} m must be {'>' if twice else '>='} "
+                f"{at[i - 1]!r} m, that of the line before, and each place at most twice"
+            )
+    Track.from_breakpoints(**found)
+    return found
+
+
+def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Contents of a scenario file in `folder`, with the lists of the map that its track names."""
+    track = data.get("track")
+    if not isinstance(track, Mapping) or "map" not in track:
+        return data
+    name = text("track.map", track["map"])
+    if lists := [key for key in COLUMNS if key in track]:
+        raise ValueError(
+            f"track.map = {name!r} replaces {' and '.join(lists)}: give either the map or the lists"
+        )
+    with in_file(f"track.map {name}"):
+        found = read_track_map(file_beside("map", name, folder, "the scenario"))
+    return {**data, "track": {**found, **{key: track[key] for key in track if key != "map"}}}

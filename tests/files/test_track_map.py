@@ -1,0 +1,146 @@
+"""Friction over distance from a CSV file that a scenario names."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contactlib as cl
+from contactlib.base.writing import package_folder
+from contactlib.files.track_map import MAX_MAP_BYTES
+
+TEXT = (
+    (package_folder("models") / "split_friction.toml")
+    .read_text()
+    .replace("duration = 20.0", "duration = 8.0")
+)
+HEAD, TRACK, TAIL = TEXT.partition("[track]\n")
+LISTS, REST = TAIL[: TAIL.index("[sensors]")], TAIL[TAIL.index("[sensors]") :]
+
+
+def scenario(folder: Path, track: str, csv: str | bytes = "") -> Path:
+    """File of a scenario with this section [track], beside a map."""
+    (folder / "map.csv").write_bytes(csv if isinstance(csv, bytes) else csv.encode())
+    path = folder / "scenario.toml"
+    path.write_text(f"{HEAD}{TRACK}{track}\n{REST}")
+    return path
+
+
+def test_a_map_is_the_lists_in_a_file(tmp_path: Path) -> None:
+    """The same bits, in the columns' units, separators and order."""
+    at, left, right = (80.0, 80.0, 130.1), (1.0, 0.1 + 0.2, 1.0), (0.7, 0.1, 1 / 3)
+    lists = f"distance = {list(at)}\nfriction_left = {list(left)}\nfriction_right = {list(right)}"
+    expected = cl.load_scenario(scenario(tmp_path, lists)).track
+    rows = [*zip(at, right, left, strict=True)]
+    plain = "".join(f"{a!r},{b!r},{c!r}\n" for a, b, c in rows)
+    for csv in (
+        f"distance,friction_right,friction_left\n{plain}",
+        f"# measured\ndistance [m],friction_right [1],friction_left\n\n{plain}",
+        f"distance;friction_right;friction_left\n{plain.replace(',', ';').replace('.', ',')}",
+        f"\ufeffdistance\tfriction_right\tfriction_left\n{plain}".replace(",", "\t"),
+    ):
+        found = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
+        assert found.track == expected
+    times = "time = [0.0, 5.0]\nfriction_over_time = [1.0, 0.5]"
+    path = scenario(tmp_path, f'map = "map.csv"\n{times}', "distance [km],friction [%]\n0.5,40\n")
+    assert cl.load_scenario(path).track == cl.Track.from_breakpoints(
+        distance=(500.0,), friction=(0.4,), time=(0.0, 5.0), friction_over_time=(1.0, 0.5)
+    )
+
+
+def test_runs_are_those_of_the_lists_and_a_flat_map_is_none(tmp_path: Path) -> None:
+    runs = {}
+    for name, track, csv in (
+        ("lists", "distance = [20.0, 50.0]\nfriction = [1.0, 0.5]", ""),
+        ("map", 'map = "map.csv"', "distance,friction\n20.0,1.0\n50.0,0.5\n"),
+        ("flat", 'map = "map.csv"', "distance,friction,slope\n0,1,1\n"),
+        ("none", "", ""),
+    ):
+        one = cl.load_scenario(scenario(tmp_path, track, csv))
+        runs[name] = cl.run_scenario(one, "creep_pi")
+    for one, other in (("lists", "map"), ("flat", "none")):
+        for signal in ("speed", "omega_left", "creep_force"):
+            assert np.array_equal(runs[one][signal], runs[other][signal]), (one, signal)
+    assert not np.array_equal(runs["map"]["speed"], runs["none"]["speed"])
+
+
+def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
+    scenario(tmp_path, 'map = "map.csv"', "distance,friction\n20,1\n50,0.5\n")
+    sweep = tmp_path / "sweep.toml"
+    sweep.write_text(
+        'name = "Map"\nsource = "chosen"\nscenario = "scenario.toml"\noutcomes = ["slip_work"]\n'
+        'controllers = ["creep_pi"]\n[axes.f]\nparameter = "track.friction[1]"\n'
+        "values = [0.4, 1.0]\n"
+    )
+    work = cl.ensemble(cl.load_sweep(sweep), workers=1)["slip_work"].values.ravel()
+    assert work[0] != work[1]
+
+
+@pytest.mark.parametrize(
+    ("csv", "message"),
+    [
+        (
+            "distance,friction\n0,1\n5,-0.1\n",
+            r"line 3: friction = -0.1 is out of range: must .* > 0",
+        ),
+        (
+            "distance [km],friction\n0,1\n\n4,2\n3,1\n",
+            r"line 5: distance = 3000.0 m must be >= 4000",
+        ),
+        (
+            "distance,friction\n2,1\n2,2\n2,1\n",
+            r"line 4: distance = 2.0 m must be > 2.0 m, .* twice",
+        ),
+        ("distance,friction\n0,x\n", r"line 2: friction = 'x' is not a number"),
+        ("distance,friction\n0,nan\n", r"line 2: friction = nan is out of range"),
+        ("distance,friction\n0,1,2\n", r"line 2: 3 values for 2 columns"),
+        ("distance,frction\n0,1\n", r"line 1: no column is 'frction'; did you mean 'friction'\?"),
+        ("distance,distance\n0,1\n", r"line 1: 2 columns 'distance'"),
+        ("distance,friction [kN]\n0,1\n", r"line 1: friction is in 'kN', which is not a unit in 1"),
+        ("distance,friction_left\n0,1\n", r"distance must go with slope, friction, or .*given are"),
+        ("distance,friction\n", r"line 1: no data"),
+        ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
+        ("", r"line 1: it must name the columns"),
+        (b"\xff\xfe\x00", r"line 1: "),
+        (b"#" * (MAX_MAP_BYTES + 1), r"the file is too large: it must have <= 10 MB"),
+    ],
+)
+def test_mistakes_in_a_map_are_named(tmp_path: Path, csv: str | bytes, message: str) -> None:
+    path = scenario(tmp_path, 'map = "map.csv"', csv)
+    with pytest.raises(
+        cl.ModelError, match=rf"scenario.toml: track.map map.csv: {message}"
+    ) as found:
+        cl.load_scenario(path)
+    assert len(found.value.lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("track", "message"),
+    [
+        ('map = "no.csv"', r"track.map no.csv: no such file, neither beside the scenario"),
+        ('map = "../map.csv"', r"map must lie beside the scenario or below: .* no '\.\.'"),
+        ("map = 3", r"track.map = 3 must be a string"),
+        (
+            'map = "map.csv"\ndistance = [0.0]\nslope = [1.0]',
+            r"track.map = 'map.csv' replaces distance and slope: give either",
+        ),
+    ],
+)
+def test_mistakes_in_the_section_are_named(tmp_path: Path, track: str, message: str) -> None:
+    with pytest.raises(cl.ModelError, match=message):
+        cl.load_scenario(scenario(tmp_path, track, "distance,friction\n0,1\n"))
+
+
+def test_a_long_map_is_fast(tmp_path: Path) -> None:
+    """The time of a run does not grow with the places that the wheelset does not reach."""
+    values = np.random.default_rng(3).uniform(0.6, 1.0, 100_000).tolist()
+    csv = "".join(f"{0.25 * i!r},{f:.4f}\n" for i, f in enumerate(values))
+    path = scenario(tmp_path, 'map = "map.csv"', f"distance,friction\n{csv}")
+    begin = time.process_time()
+    plant = cl.Plant(cl.load_scenario(path))
+    for _ in range(200):
+        plant.step(1e4)
+    assert time.process_time() - begin < 20.0  # some 2 s
