@@ -164,7 +164,7 @@ def outlook(scenario: Scenario) -> list[str]:
             verdict = controllability(
                 worst.pole,
                 delay=scenario.sensors.delay,
-                lag=drivetrain.motor.lag,
+                lag=drivetrain.lag,
                 sample_time=sample_time,
             )
             rates.append(worst.pole)

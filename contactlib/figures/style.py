@@ -412,6 +412,10 @@ def drivetrain_setting(drivetrain: Drivetrain) -> str:
         parts.append(f"torque rate {1e-3 * motor.torque_rate:.3g} kN m/s")
     if motor.trip_speed is not None:
         parts.append(f"trip at {motor.trip_speed:.3g} m/s")
+    if (brake := drivetrain.brake) is not None:
+        parts.append(f"brake: delay {1e3 * brake.delay:.3g} ms")
+        parts.append(f"fill {brake.fill_time:.3g} s")
+        parts.append(f"vent {brake.vent_time:.3g} s")
     if drivetrain.wheelset.element.memory:
         parts.append("contact with memory")
     if drivetrain.axle is not None:

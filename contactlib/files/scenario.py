@@ -43,7 +43,7 @@ from contactlib.vehicle.continuous_control import (
     TorqueControl,
     creepage_over_time,
 )
-from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
+from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
@@ -168,7 +168,7 @@ class Scenario(Parameters):
     name, source : str
         Title, and the origin of the numbers.
     drivetrain : Drivetrain
-        Vehicle, axle and motor.
+        Vehicle, axle, motor and brake.
     track : Track
         Friction and slope over distance, and friction over time.
     wheel_load : WheelLoad or None
@@ -189,7 +189,7 @@ class Scenario(Parameters):
     controllers : mapping
         Controllers, or designs of them, by name in the order of the file. A continuous one applies
         its torque to the wheels directly and uses their true state, so it needs a scenario without
-        axle, motor, contact memory, track and wheel load, and with a constant held speed.
+        axle, motor, brake, contact memory, track and wheel load, and with a constant held speed.
 
     Raises
     ------
@@ -251,6 +251,7 @@ class Scenario(Parameters):
         between = {
             "[axle]": self.drivetrain.axle is not None,
             "[motor]": self.drivetrain.motor != Motor(),
+            "[brake]": self.drivetrain.brake is not None,
             "contact.memory = true": self.drivetrain.wheelset.element.memory,
             "[track]": self.track != Track(),
             "[wheel_load]": self.wheel_load is not None,
@@ -323,6 +324,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "demand": demand_over_time,
     "axle": Axle,
     "motor": Motor,
+    "brake": Brake,
     "track": Track.from_breakpoints,
     "wheel_load": WheelLoad,
     "held_speed": speed_over_time,
@@ -333,7 +335,12 @@ SECTIONS: Mapping[str, Keys] = {
     **{name: declared(make) for name, make in MADE.items()},
     "track": {**declared(TrackMap), **declared(Track.from_breakpoints)},
 }
-ABSENT = ("axle", "wheel_load", "held_speed")  # sections that are optional parts of a scenario
+ABSENT = (
+    "axle",
+    "brake",
+    "wheel_load",
+    "held_speed",
+)  # sections that are optional parts of a scenario
 KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 
@@ -482,8 +489,8 @@ def build_scenario(
     """
     cache = cache or BuildCache()
     made = read_sections(data, cache)
-    run, axle, motor = made["run"], made["axle"], made["motor"]
-    drivetrain = cache("drivetrain", _drivetrain, wheelset, axle, motor)
+    run, parts = made["run"], [made[name] for name in ("axle", "motor", "brake")]
+    drivetrain = cache("drivetrain", _drivetrain, wheelset, *parts)
     initial_speed, held_speed = cache(
         "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
@@ -505,5 +512,7 @@ def build_scenario(
     )
 
 
-def _drivetrain(wheelset: Wheelset, axle: Axle | None, motor: Motor) -> Drivetrain:
-    return Drivetrain(wheelset, axle=axle, motor=motor)
+def _drivetrain(
+    wheelset: Wheelset, axle: Axle | None, motor: Motor, brake: Brake | None
+) -> Drivetrain:
+    return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake)

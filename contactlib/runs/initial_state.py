@@ -51,7 +51,10 @@ def start(
     radius = np.array([body.radius for body in bodies])
     moving = speed >= slowest
     states["speed"] = speed
-    states["drive_torque"] = torque = np.where(moving, demand, 0.0)
+    torque = np.where(moving, demand, 0.0)
+    braked = np.array([one.drivetrain.brake is not None for one in scenarios])
+    states["brake_torque"] = np.where(braked, np.maximum(-torque, 0.0), 0.0)
+    states["drive_torque"] = np.where(braked, np.maximum(torque, 0.0), torque)
 
     refused: dict[int, ValueError] = {}
     if creepage is not None:
@@ -69,7 +72,7 @@ def start(
     for side in ("left", "right"):
         states[f"traction_{side}"] = steady[f"steady_{side}"]
         states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
-    _twist(scenarios, fleet, inputs, states, found)
+    _twist(scenarios, fleet, inputs, states, torque, found)
     return Start(states, torque, refused)
 
 
@@ -78,6 +81,7 @@ def _twist(
     fleet: kernel.NativeFleet,
     inputs: Any,
     states: Any,
+    torque: FloatArray,
     creepage: FloatArray,
 ) -> None:
     """Twist elastic axles such that both wheels keep their creepage."""
@@ -93,5 +97,5 @@ def _twist(
         lost = wheelset.radius * there["creep_force_left"][i]
         lost += 0.5 * wheelset.damping * states["omega_left"][i]
         lost += 0.5 * wheelset.inertia * gained * there["speed_rate"][i]
-        given = axle.drive_share * states["drive_torque"][i]
+        given = axle.drive_share * torque[i]
         states["twist"][i] = (given - lost) / axle.stiffness

@@ -39,7 +39,7 @@ from contactlib.traction.batching import Copies
 from contactlib.traction.interface import STRONGEST, Controller
 from contactlib.traction.sensors import INDEX
 from contactlib.vehicle.available_force import AvailableForce
-from contactlib.vehicle.drivetrain import Motor
+from contactlib.vehicle.drivetrain import Brake, Motor
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheel_load import WheelLoad
 
@@ -96,9 +96,17 @@ class Drives:
         Rolling radii [m].
     sample_time : float
         Sample time [s].
+    braked : sequence of bool, optional
+        Wheelsets whose negative torque is that of a brake, which has no limits.
     """
 
-    def __init__(self, motors: Sequence[Motor], radius: FloatArray, sample_time: float) -> None:
+    def __init__(
+        self,
+        motors: Sequence[Motor],
+        radius: FloatArray,
+        sample_time: float,
+        braked: Sequence[bool] = (),
+    ) -> None:
         limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
         found = [[math.inf if limit is None else limit for limit in row] for row in limits]
         self._limited = bool(np.isfinite(found).any())
@@ -107,12 +115,15 @@ class Drives:
         self._power, self._trip, self._change = power, trip, rate * sample_time
         self._radius = float(radius[0]) if alone else radius
         self._tripped: Any = False if alone else np.zeros(len(motors), dtype=np.bool_)
+        self._braked: Any = bool(braked[0]) if alone and braked else np.array(braked)
+        self._has_brakes = any(braked)
 
     def possible(self, demand: Any, speed: Any) -> Any:
         """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
         if not self._limited:
             return demand
-        return _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
+        limited = _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
+        return self._or_braking(demand, limited)
 
     def command(self, requested: Any, last: Any, demand: Any, omega: Any) -> Any:
         """Torque that the drive is commanded until the next sample [N.m].
@@ -130,9 +141,54 @@ class Drives:
             return requested + 0.0 * demand
         over = self._radius * abs(omega) >= self._trip
         self._tripped = over | (self._tripped & (demand != 0.0))
+        if self._has_brakes:
+            last = where(self._braked, maximum(last, 0.0), last)
         held = where(self._tripped, 0.0, requested)
         torque = _within(held, self._power / maximum(abs(omega), STANDING))
-        return minimum(maximum(torque, last - self._change), last + self._change)
+        limited = minimum(maximum(torque, last - self._change), last + self._change)
+        return self._or_braking(requested, limited)
+
+    def _or_braking(self, torque: Any, limited: Any) -> Any:
+        """Limited torque of a motor, or the whole torque of a brake."""
+        if not self._has_brakes:
+            return limited
+        return where(self._braked & (torque < 0.0), torque, limited)
+
+
+class Brakes:
+    """Dead times of the brakes of n wheelsets, in whole samples.
+
+    Parameters
+    ----------
+    brakes : sequence of Brake or None
+        Brake of each wheelset.
+    sample_time : float
+        Sample time [s].
+    torque : ndarray
+        Torque that has been commanded so far [N.m].
+    """
+
+    def __init__(
+        self, brakes: Sequence[Brake | None], sample_time: float, torque: FloatArray
+    ) -> None:
+        late = [0 if one is None else round(one.delay / sample_time) for one in brakes]
+        self._late, self._places = np.array(late), np.arange(len(brakes))
+        self._sent = np.tile(np.maximum(-torque, 0.0), (max(late) + 1, 1))
+        self._samples = 0
+
+    def command(self, torque: FloatArray) -> FloatArray:
+        """Brake torque that acts on the valves until the next sample, at least 0 [N.m].
+
+        Parameters
+        ----------
+        torque : ndarray
+            Torque that is commanded now [N.m].
+        """
+        size = len(self._sent)
+        self._sent[self._samples % size] = np.maximum(-torque, 0.0)
+        found = self._sent[(self._samples - self._late) % size, self._places]
+        self._samples += 1
+        return np.asarray(found)
 
 
 def _within(torque: Any, limit: Any) -> Any:
@@ -422,7 +478,12 @@ class Plant:
         sample_time = self._timing.step * self._timing.per_sample
         sensors = [one.sensors for one in self._scenarios]
         self._reader = SensorReader(sensors, sample_time, index, radius=self.radius, numbers=n == 1)
-        self._drives = Drives([one.motor for one in self.trains], self.radius, sample_time)
+        brakes = [one.brake for one in self.trains]
+        braked = [brake is not None for brake in brakes]
+        motors = [one.motor for one in self.trains]
+        self._drives = Drives(motors, self.radius, sample_time, braked)
+        self._inputs["commanded_brake"] = 0.0
+        self._brakes: Brakes | None = None
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), self._one(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
@@ -438,6 +499,8 @@ class Plant:
         begin = start(self._scenarios, self.fleet, self._inputs[0], demands, self._creepage)
         self._states[:], self.refused = begin.states, begin.refused
         self._torque = self._one(begin.torque)
+        self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
+        self._braking: Any = 0.0
         self.failed[list(self.refused)] = True
 
     def _one(self, values: FloatArray) -> Any:
@@ -459,6 +522,8 @@ class Plant:
     def _command(self, requested: Any) -> None:
         """Command the drives a torque until the next sample [N.m]."""
         self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
+        if self._brakes is not None:
+            self._braking = self._brakes.command(np.full(len(self.trains), self._torque))
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as new arrays, or as numbers of one wheelset."""
@@ -469,6 +534,8 @@ class Plant:
     def _advance(self, place: int, row: int, step: float) -> None:
         """Make the step of a row [s] under the inputs at a place."""
         self._commanded[place] = self._torque
+        if self._brakes is not None:
+            self._inputs["commanded_brake"][place] = self._braking
         self._step_on(place, self._timing.step * row, step, self._tolerance)
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:

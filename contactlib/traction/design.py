@@ -31,8 +31,8 @@ TORQUE_NOISE = 0.01  # largest standard deviation of the torque by noise / r P
 
 
 def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
-    """Delay theta [s]: sensors, half a sample for the held torque, the motor's lag."""
-    return sampled_delay(delay=sensors.delay, lag=drivetrain.motor.lag, sample_time=sample_time)
+    """Delay theta [s]: sensors, half a sample for the held torque, the lag of motor or brake."""
+    return sampled_delay(delay=sensors.delay, lag=drivetrain.lag, sample_time=sample_time)
 
 
 def minimum_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:

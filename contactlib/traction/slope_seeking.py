@@ -199,7 +199,7 @@ class SlopeSeeking(SlipLimiter):
             "radius": wheelset.radius,
             "inertia": wheelset.inertia,
             "delay": sensors.delay,
-            "motor_lag": drivetrain.motor.lag,
+            "motor_lag": min(drivetrain.lag, LAG.at_most),
             "proportional_gain": AT_PEAK * gains[0],
             "integral_gain": gains[1],
             "minimum_slip": minimum_slip(sensors, sample_time, filter_time),

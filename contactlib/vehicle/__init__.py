@@ -4,13 +4,14 @@ from contactlib.vehicle.available_force import available_force
 from contactlib.vehicle.conditions import Conditions, OperatingPoint, Resistance
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
-from contactlib.vehicle.drivetrain import Axle, Drivetrain, Motor
+from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.track import Profile, Track
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
 __all__ = [
     "Axle",
+    "Brake",
     "Conditions",
     "CreepControl",
     "CreepCurve",

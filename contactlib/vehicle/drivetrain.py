@@ -1,4 +1,4 @@
-"""A wheelset with motor, axle, and two wheels that may differ.
+"""A wheelset with motor, brake, axle, and two wheels that may differ.
 
 The kernel has the equations of motion and their integrator (fmu/kernel/drivetrain_lanes.h).
 """
@@ -15,6 +15,7 @@ from contactlib.base.quantities import Parameters, Quantity
 from contactlib.vehicle.wheelset import Wheelset
 
 LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
+RESPONSE = Quantity("s", above=0.0, at_most=10.0, usual=(0.01, 5.0))  # of a brake
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +66,36 @@ class Motor(Parameters):
     trip_speed: Annotated[float | None, Quantity("m/s", above=0.0, usual=(0.5, 300.0))] = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Brake(Parameters):
+    """Friction brake of the axle, such as a pneumatic one with its dump valve.
+
+    Negative torque goes to the brake and positive torque to the motor, whose limits do not apply to
+    the brake. The brake torque, in proportion to the pressure in the brake cylinder, follows its
+    command after a dead time by a first-order lag. It acts against the rotation of either wheel,
+    whatever its direction, so the brake can lock the wheels and cannot turn them backward. It fades
+    out with the rim speed below the contact's `minimum_speed`, as the constant resistance does, so
+    a braked vehicle on a grade does not hold but creeps, more slowly than that.
+
+    Parameters
+    ----------
+    fill_time : float
+        Time constant with which the brake torque rises to its command [s].
+    vent_time : float
+        Time constant with which the brake torque falls to its command [s].
+    delay : float, optional
+        Dead time from the command to the change of the torque, rounded to whole samples [s].
+        Default: 0.
+    """
+
+    fill_time: Annotated[float, RESPONSE]
+    vent_time: Annotated[float, RESPONSE]
+    delay: Annotated[float, LAG] = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Drivetrain(Parameters):
-    """Wheelset, axle and motor. Each wheel has half of the inertia and, initially, of the load.
+    """Wheelset, axle, motor, brake. Each wheel has half of the inertia and, initially, of the load.
 
     Parameters
     ----------
@@ -77,12 +105,23 @@ class Drivetrain(Parameters):
         Elastic axle. Default: a rigid one.
     motor : Motor, optional
         Lag and limits of the drive. Default: neither.
+    brake : Brake, optional
+        Friction brake. Default: negative torque is the motor's, as with an electric brake.
     """
 
     wheelset: Wheelset
     _: KW_ONLY
     axle: Axle | None = None
     motor: Motor = Motor()
+    brake: Brake | None = None
+
+    @property
+    def lag(self) -> float:
+        """Longest time with which motor or brake lag behind their commands [s]."""
+        if self.brake is None:
+            return self.motor.lag
+        slow = self.brake.delay + max(self.brake.fill_time, self.brake.vent_time)
+        return max(self.motor.lag, slow)
 
     @property
     def torsional_frequency(self) -> float:
@@ -113,15 +152,18 @@ class Drivetrain(Parameters):
             "axle_damping": 0.0 if axle is None else axle.damping,
             "drive_share": 0.5 if axle is None else axle.drive_share,
             "motor_lag": self.motor.lag,
+            "brake_fill_time": 0.0 if self.brake is None else self.brake.fill_time,
+            "brake_vent_time": 0.0 if self.brake is None else self.brake.vent_time,
         }
         return contact, drivetrain
 
     @property
-    def kind(self) -> tuple[int, bool, bool, bool]:
+    def kind(self) -> tuple[int, bool, bool, bool, bool]:
         """Table and states, which drivetrains must have in common to be stepped together."""
         element = self.wheelset.element
         elastic, lagging = self.axle is not None, self.motor.lag > 0.0
-        return id(element.table.native), elastic, lagging, element.memory
+        braked = self.brake is not None
+        return id(element.table.native), elastic, lagging, braked, element.memory
 
     def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
         """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""

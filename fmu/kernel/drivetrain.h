@@ -1,4 +1,5 @@
-/* A wheelset with motor, axle and two wheels that may differ, and the work done by each part.
+/* A wheelset with motor, brake, axle and two wheels that may differ, and the work done by each
+ * part.
  *
  * Contact and body are those of both wheels together: each wheel has half of the inertia and of the
  * drive's damping, and half of the force that the contact would give under twice the wheel's own
@@ -11,10 +12,12 @@
 
 typedef struct {
     wheelset_parameters body;
-    double axle_stiffness; /* k, between the wheels [N.m/rad]; 0 if the axle is rigid */
-    double axle_damping;   /* d [N.m.s/rad] */
-    double drive_share;    /* part of the drive torque that acts on the left wheel [1] */
-    double motor_lag;      /* time constant of the drive torque [s]; 0 if it follows at once */
+    double axle_stiffness;  /* k, between the wheels [N.m/rad]; 0 if the axle is rigid */
+    double axle_damping;    /* d [N.m.s/rad] */
+    double drive_share;     /* part of the drive torque that acts on the left wheel [1] */
+    double motor_lag;       /* time constant of the drive torque [s]; 0 if it follows at once */
+    double brake_fill_time; /* time constant of a rising brake torque [s]; 0 if there is no brake */
+    double brake_vent_time; /* and of a falling one [s] */
 } drivetrain_parameters;
 
 typedef struct {
@@ -26,9 +29,10 @@ typedef struct {
     double traction_right;  /* [1] */
     double unslipped_left;  /* and their unslipped parts [1] */
     double unslipped_right; /* [1] */
-    double drive_torque;    /* at the axle [N.m] */
+    double drive_torque;    /* of the motor, at the axle [N.m] */
+    double brake_torque;    /* of the turning axle, against its rotation [N.m] */
     double distance;        /* [m] */
-    double drive_work;      /* of the drive torque [J] */
+    double drive_work;      /* of the torques of motor and brake [J] */
     double creep_work;      /* of the creep forces on the slip velocities [J] */
     double resistance_work; /* of the resistances; of the rig if the speed is held [J] */
     double loss_work;       /* of the drive's and the axle's damping [J] */
@@ -36,7 +40,8 @@ typedef struct {
 
 /* Held over a step. */
 typedef struct {
-    double commanded_torque; /* [N.m] */
+    double commanded_torque; /* of the motor; beside a brake only above 0 [N.m] */
+    double commanded_brake;  /* at least 0 [N.m] */
     double resistance_force; /* [N] */
     double acceleration;     /* prescribed, if the speed is held (inverse_mass is 0) [m/s2] */
     double load_left;        /* of the wheel [N] */
@@ -57,7 +62,7 @@ typedef struct {
     double steady_right;      /* [1] */
     double sticking_left;     /* part that then sticks, of a contact with memory [1] */
     double sticking_right;    /* [1] */
-    double drive_torque;      /* [N.m] */
+    double drive_torque;      /* of motor and brake [N.m] */
     double axle_torque;       /* from left to right, damping included [N.m] */
     double speed_rate;        /* [m/s2] */
     double stored_energy;     /* kinetic energy and that of the axle's twist [J] */

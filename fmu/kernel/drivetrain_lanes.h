@@ -18,6 +18,7 @@ enum {
     UNSLIPPED_LEFT = PLACE(drivetrain_state, unslipped_left),
     UNSLIPPED_RIGHT = PLACE(drivetrain_state, unslipped_right),
     TORQUE = PLACE(drivetrain_state, drive_torque),
+    BRAKE = PLACE(drivetrain_state, brake_torque),
     DISTANCE = PLACE(drivetrain_state, distance),
     DRIVE = PLACE(drivetrain_state, drive_work),
     CREEP = PLACE(drivetrain_state, creep_work),
@@ -31,6 +32,7 @@ ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && TRACTION_RIGHT == TRACTIO
 
 enum {
     COMMANDED = PLACE(drivetrain_input, commanded_torque),
+    COMMANDED_BRAKE = PLACE(drivetrain_input, commanded_brake),
     OUTER_RESISTANCE = PLACE(drivetrain_input, resistance_force),
     ACCELERATION = PLACE(drivetrain_input, acceleration),
     LOAD_LEFT = PLACE(drivetrain_input, load_left),
@@ -54,7 +56,7 @@ typedef struct {
 /* Drivetrains with the same table, states and kind of friction. */
 typedef struct {
     const creep_table *table;
-    int elastic, remembering, lagging, thermal, layered;
+    int elastic, remembering, lagging, braked, thermal, layered;
     lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
     lanes scales[2][FIELDS(contact_scales)];            /* likewise */
     lanes loaded[2];                                    /* 1 or 0 */
@@ -188,6 +190,7 @@ static void fill(group *g, rows y) {
         for (int i = 0; !g->remembering && i < 2; i++)
             y[TRACTION_LEFT + i][l] = y[UNSLIPPED_LEFT + i][l] = 0.0;
         if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
+        if (!g->braked) y[BRAKE][l] = 0.0;
     }
 }
 
@@ -286,11 +289,14 @@ static int is_remembering(const drivetrain_member *m) { return remembers(m->cont
 
 static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_lag > 0.0; }
 
+static int is_braked(const drivetrain_member *m) { return m->drivetrain->brake_fill_time > 0.0; }
+
 static void set_kind(group *g, const drivetrain_member *member) {
     g->table = member->table;
     g->elastic = is_elastic(member);
     g->remembering = is_remembering(member);
     g->lagging = is_lagging(member);
+    g->braked = is_braked(member);
     g->thermal = softens_with_heat(member->contact);
     g->layered = has_layer(member->contact);
 }
@@ -316,5 +322,6 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
     g->nominal_load[l] = contact->nominal_load;
     put(g->train, l, FIELDS(drivetrain_parameters), (const double *)member->drivetrain);
     put(g->input, l, FIELDS(drivetrain_input), (const double *)input);
+    if (g->braked) g->input[COMMANDED][l] = larger(input->commanded_torque, 0.0);
     put(y, l, FIELDS(drivetrain_state), (const double *)state);
 }

@@ -32,6 +32,43 @@ static void set_memory_rates(group *g, rows y, rows f, matrix *jacobian) {
     }
 }
 
+/* Direction of a wheel's rotation, -1 or 1 above the minimum speed of its rim, and its slope. */
+static double rotation_of(const drivetrain_parameters *p, double omega, double *slope) {
+    double rim = p->body.radius * omega, reference, reference_slope;
+    regularized_speed(rim, p->body.minimum_speed, &reference, &reference_slope);
+    double direction = rim / reference;
+    *slope = (1.0 - direction * reference_slope) * p->body.radius / reference;
+    return direction;
+}
+
+/* Add the brake's torque, which acts against the rotation of each wheel, and its first-order lag.
+ */
+static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
+    for (int l = 0; l < LANES; l++) {
+        TAKE(drivetrain_parameters, p, g->train);
+        double torque = y[BRAKE][l], missing = g->input[COMMANDED_BRAKE][l] - torque;
+        double pace = 1.0 / (missing > 0.0 ? p.brake_fill_time : p.brake_vent_time);
+        double share[2] = {g->elastic ? p.drive_share : 1.0, 1.0 - p.drive_share}, power = 0.0;
+        double body = (g->elastic ? 2.0 : 1.0) / p.body.inertia;
+        lanes(*j)[MAX_STATES] = NULL;
+        if (jacobian) j = *jacobian;
+        f[BRAKE][l] = missing * pace;
+        for (int i = 0; i < (g->elastic ? 2 : 1); i++) {
+            double omega = y[LEFT + i][l], slope, direction = rotation_of(&p, omega, &slope);
+            f[LEFT + i][l] -= share[i] * torque * direction * body;
+            power += share[i] * direction * omega;
+            if (!j) continue;
+            j[LEFT + i][BRAKE][l] = -share[i] * direction * body;
+            j[LEFT + i][LEFT + i][l] -= share[i] * torque * slope * body;
+            j[DRIVE][LEFT + i][l] -= share[i] * torque * (direction + slope * omega);
+        }
+        f[DRIVE][l] -= torque * power;
+        if (!j) continue;
+        j[BRAKE][BRAKE][l] = -pace;
+        j[DRIVE][BRAKE][l] = -power;
+    }
+}
+
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;
     fill(g, y);
@@ -39,6 +76,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     if (jacobian) set_rates(g, y, f, jacobian);
     else set_rates(g, y, f, NULL);
     if (g->remembering) set_memory_rates(g, y, f, jacobian);
+    if (g->braked) set_brake_rates(g, y, f, jacobian);
 }
 
 /* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
@@ -64,6 +102,7 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
         double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
         if (g->elastic) found += fabs(error[TWIST][l]) / twist;
         if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
+        if (g->braked) found += fabs(error[BRAKE][l]) / (fabs(y[BRAKE][l]) + torque);
         size[l] = found;
     }
 }
@@ -71,6 +110,7 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
 static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *b) {
     return a->table == b->table && is_elastic(a) == is_elastic(b) &&
            is_remembering(a) == is_remembering(b) && is_lagging(a) == is_lagging(b) &&
+           is_braked(a) == is_braked(b) &&
            softens_with_heat(a->contact) == softens_with_heat(b->contact) &&
            has_layer(a->contact) == has_layer(b->contact);
 }
@@ -91,6 +131,7 @@ static equations equations_of(group *g) {
     if (g->elastic) place[n++] = TWIST;
     for (int i = 0; g->remembering && i < 4; i++) place[n++] = TRACTION_LEFT + i;
     if (g->lagging) place[n++] = TORQUE;
+    if (g->braked) place[n++] = BRAKE;
     problem.states = n;
     for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
     problem.rows = n;
@@ -147,7 +188,7 @@ static void arrive(journey *j, group *g, integration *run, int l) {
     drivetrain_state *state = &j->state[i];
     take(run->y, l, FIELDS(drivetrain_state), (double *)state);
     if (!g->elastic) state->omega_right = state->omega_left;
-    if (!g->lagging) state->drive_torque = j->input[i].commanded_torque;
+    if (!g->lagging) state->drive_torque = g->input[COMMANDED][l];
     j->tried[i] = run->h[l];
 }
 
@@ -228,6 +269,9 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
         double turning = omega[0] * omega[0] + omega[1] * omega[1];
+        double share[2] = {p.drive_share, 1.0 - p.drive_share}, braking = 0.0, slope;
+        for (int i = 0; g->braked && i < 2; i++)
+            braking += share[i] * y[BRAKE][l] * rotation_of(&p, omega[i], &slope);
         int held = p.body.inverse_mass == 0.0;
         double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
         output[l] = (drivetrain_output){
@@ -241,7 +285,7 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
             .steady_right = a[1].steady,
             .sticking_left = a[0].sticking,
             .sticking_right = a[1].sticking,
-            .drive_torque = y[TORQUE][l],
+            .drive_torque = g->braked ? y[TORQUE][l] - braking : y[TORQUE][l],
             .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
             .speed_rate = held ? in.acceleration : rates.speed_rate,
             .stored_energy =

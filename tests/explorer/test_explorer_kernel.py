@@ -151,8 +151,9 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, patch, torque
   });
 }"""
 STEPS = 400  # of 1 ms
-RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0}
-SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02}
+FREE = {"brake_fill_time": 0.0, "brake_vent_time": 0.0}
+RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0, **FREE}
+SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02, **FREE}
 GIVEN = {"load_left": 1.2e5, "load_right": 1.0e5, "slope": 1.0}
 GIVEN |= {"friction_left": 1.0, "friction_right": 1.0}
 FREE = {"inverse_mass": 7e-6}

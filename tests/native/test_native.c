@@ -296,10 +296,13 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
         .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
         .drive_share = random_unit(),
         .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
+        .brake_fill_time = i % 6 == 1 ? random_exponent(-3.0, 0.0) : 0.0,
+        .brake_vent_time = random_exponent(-3.0, 0.0),
     };
     if (i % 5 == 0) d.train.body.inverse_mass = 0.0;
     d.in = (drivetrain_input){
         .commanded_torque = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
+        .commanded_brake = i % 6 == 1 ? random_exponent(0.0, 6.0) : 0.0,
         .load_left = i % 10 ? random_exponent(0.0, 6.0) : 0.0,
         .load_right = i % 11 ? random_exponent(0.0, 6.0) : 0.0,
         .friction_left = 1.0,

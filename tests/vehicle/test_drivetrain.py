@@ -13,8 +13,10 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
-from contactlib.vehicle import Axle, Drivetrain, Motor
+from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 
+FILL = 0.1
+BRAKE = Brake(fill_time=FILL, vent_time=0.05)
 AXLE = Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
 SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_right": 1.0e5}
 EVEN = {"friction_left": 0.9, "friction_right": 0.9, "load_left": 1.1e5, "load_right": 1.1e5}
@@ -76,6 +78,11 @@ def drive(
     )
 
 
+def direction(rim: float) -> float:
+    """Direction of rotation by rim speed / minimum speed, below which it is smooth."""
+    return float(np.sign(rim) if abs(rim) >= 1.0 else 8.0 * rim / (3.0 + 6.0 * rim**2 - rim**4))
+
+
 def written_again(
     train: Drivetrain,
     torque: float,
@@ -96,7 +103,7 @@ def written_again(
     sides = ("left", "right")
 
     def rates(_: float, y: FloatArray) -> list[float]:
-        v, left, right, twist, *memory, motor = y.tolist()
+        v, left, right, twist, *memory, motor, pressure = y.tolist()
         if train.motor.lag == 0.0:
             motor = torque
         given = np.zeros(2, kernel.struct_dtype("force_element_input"))
@@ -106,17 +113,22 @@ def written_again(
         given["held_traction"], given["unslipped"] = memory[:2], memory[2:]
         out = contact.evaluate(given)
         q_left, q_right = (0.5 * out["creep_force"]).tolist()
+        slow = body.element.minimum_speed
+        braking = [pressure * direction(r * omega / slow) for omega in (left, right)]
         davis = body.resistance
         pull = davis.constant * np.sign(v) + davis.linear * v + davis.quadratic * v * abs(v)
         dv = acceleration if body.mass is None else (q_left + q_right - pull) / body.mass
         if axle is None:
-            both = (motor - r * (q_left + q_right) - 2.0 * half_b * left) / (2.0 * half_j)
+            both = motor - braking[0] - r * (q_left + q_right) - 2.0 * half_b * left
+            both /= 2.0 * half_j
             dleft, dright, dtwist = both, both, 0.0
         else:
             through = axle.stiffness * twist + axle.damping * (left - right)
             share = axle.drive_share
-            dleft = (share * motor - r * q_left - half_b * left - through) / half_j
-            dright = ((1.0 - share) * motor - r * q_right - half_b * right + through) / half_j
+            torque_left = share * (motor - braking[0])
+            torque_right = (1.0 - share) * (motor - braking[1])
+            dleft = (torque_left - r * q_left - half_b * left - through) / half_j
+            dright = (torque_right - r * q_right - half_b * right + through) / half_j
             dtwist = left - right
         lag = (torque - motor) / train.motor.lag if train.motor.lag else 0.0
         return [
@@ -127,10 +139,11 @@ def written_again(
             *out["traction_rate"].tolist(),
             *out["unslipped_rate"].tolist(),
             lag,
+            0.0 if train.brake is None else (held["commanded_brake"] - pressure) / FILL,
         ]
 
     omega = (1.0 + creepage) * speed / r
-    start = [speed, omega, omega, *[0.0] * 6]
+    start = [speed, omega, omega, *[0.0] * 7]
     found: Any = solve_ivp(rates, (0.0, duration), start, method="Radau", rtol=1e-9, atol=1e-12)
     assert found.success
     return np.asarray(found.y[:, -1])
@@ -142,6 +155,8 @@ VARIANTS = {
     "motor": ({"motor": Motor(lag=0.03)}, EVEN),
     "elastic": ({"axle": AXLE}, SPLIT),
     "elastic, motor": ({"axle": AXLE, "motor": Motor(lag=0.03)}, SPLIT),
+    "brake": ({"brake": BRAKE, "motor": Motor(lag=0.03)}, {**SPLIT, "commanded_brake": 6e4}),
+    "elastic, brake": ({"axle": AXLE, "brake": BRAKE}, {**EVEN, "commanded_brake": 6e4}),
     "memory": ({}, SPLIT),
     "memory, all": ({"axle": AXLE, "motor": Motor(lag=0.03)}, SPLIT),
 }
