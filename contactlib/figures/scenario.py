@@ -42,12 +42,14 @@ MIN_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
 MAX_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
 FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
+STOPPED = 0.01  # speed of a vehicle that has stopped [m/s]
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
 NAMES = {
     "open_loop": "open loop",
     "threshold": "cut and re-apply",
     "creep_pi": "PI creep control",
     "slope_seeking": "slope seeking",
+    "wsp": "wheel-slide protection",
     "torque": "torque control",
     "creep": "creep control",
 }
@@ -85,22 +87,29 @@ def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) 
 def comparison(
     results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str, caption: str
 ) -> Figure:
-    """Force, creepage and torque over time, with one column per controller and common axes."""
-    count = len(results)
+    """Force, creepage and torque over time, with one column per controller and common axes.
+
+    Speeds are drawn, too, if a vehicle stops.
+    """
+    count, stops = len(results), any(map(_stops, results.values()))
     with styled():
         common: dict[str, Any] = {"sharex": True, "sharey": "row", "squeeze": False}
-        figure, grid = new_figure(max(5.0, 3.1 * count), 7.2, nrows=3, ncols=count, **common)
+        figure, grid = new_figure(
+            max(5.0, 3.1 * count), 9.0 if stops else 7.2, nrows=3 + stops, ncols=count, **common
+        )
         for column, (name, result) in enumerate(results.items()):
             _force(grid[0, column], result)
             _creepage(grid[1, column], result)
             _torque(grid[2, column], result)
+            if stops:
+                _speed(grid[3, column], result)
             for axes in grid[:, column]:
                 _shade_low_friction(axes, result)
             heading = f"{run_name(name)}\n{_summary(result, metrics[name])}"
             grid[0, column].set_title(heading, fontsize=sized(9))
             end = max(run.time[-1] for run in results.values())
-            grid[2, column].set(xlabel="time  [s]", xlim=(0.0, end))
-            grid[2, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+            grid[-1, column].set(xlabel="time  [s]", xlim=(0.0, end))
+            grid[-1, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
         _trim_creepage(list(grid[1]), list(results.values()))
         figure.align_ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
@@ -117,7 +126,13 @@ def _summary(result: Result, metrics: Metrics) -> str:
         share = f"{100.0 * limited:.1f} % used where friction limits\n"
     rim, top = _rim_and_top(result)
     beyond = f", rim up to {rim.max():.0f} m/s" if rim.max() > top > 0.0 else ""
-    return f"{share}slip work {_energy(metrics.slip_work)}{beyond}"
+    stop = f", stops after {metrics.distance:.0f} m" if _stops(result) else ""
+    return f"{share}slip work {_energy(metrics.slip_work)}{beyond}{stop}"
+
+
+def _stops(result: Result) -> bool:
+    """Whether the vehicle stops and stays where it is."""
+    return bool(abs(result["speed"][-1]) < STOPPED < abs(result["speed"][0]))
 
 
 def _rim_and_top(result: Result) -> tuple[FloatArray, float]:

@@ -65,6 +65,8 @@ class Vehicles(NamedTuple):
         Kinetic friction times nominal load [N].
     held, rigid : ndarray of bool
         Whether the speed is held; whether the axle is rigid.
+    stopped : ndarray
+        Speed below which a brake has stopped the vehicle; zero without a brake [m/s].
     """
 
     radius: FloatArray
@@ -74,6 +76,7 @@ class Vehicles(NamedTuple):
     grip: FloatArray
     held: NDArray[np.bool_]
     rigid: NDArray[np.bool_]
+    stopped: FloatArray
 
     @classmethod
     def of(cls, drivetrains: Sequence[Drivetrain]) -> Self:
@@ -88,6 +91,12 @@ class Vehicles(NamedTuple):
             np.array([one.friction.kinetic * one.normal_load for one in elements]),
             np.array([body.speed_held for body in bodies]),
             np.array([train.axle is None for train in drivetrains]),
+            np.array(
+                [
+                    0.0 if train.brake is None else train.wheelset.element.minimum_speed
+                    for train in drivetrains
+                ]
+            ),
         )
 
 
@@ -104,7 +113,17 @@ class DerivedRows:
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return one signal, shape (rows, n)."""
-        return self._rows[name]
+        return self._demand if name == "demand" else self._rows[name]
+
+    @cached_property
+    def _demand(self) -> FloatArray:
+        """Demanded torque on the axle [N.m]; that of a brake is against the motion."""
+        demand, stopped = self._rows["demand"], self.vehicles.stopped
+        if not stopped.any():
+            return demand
+        speed = self["speed"]
+        moving = np.where(np.abs(speed) < stopped, 0.0, np.sign(speed))
+        return np.asarray(np.where((demand < 0.0) & (stopped > 0.0), demand * moving, demand))
 
     @cached_property
     def limited(self) -> NDArray[np.bool_]:

@@ -23,6 +23,7 @@ from contactlib.traction.interface import (
 from contactlib.traction.sensors import SensorReader, Sensors
 from contactlib.traction.slope_seeking import SlopeSeeking
 from contactlib.traction.threshold import ThresholdControl
+from contactlib.traction.wsp import WheelSlideProtection
 
 CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
     {
@@ -30,6 +31,7 @@ CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
         "threshold": ThresholdControl,
         "creep_pi": CreepPI,
         "slope_seeking": SlopeSeeking,
+        "wsp": WheelSlideProtection,
     }
 )
 
@@ -45,6 +47,7 @@ __all__ = [
     "SlopeSeeking",
     "ThresholdControl",
     "TractionController",
+    "WheelSlideProtection",
     "stacked",
     "structure",
     "total_delay",

@@ -59,8 +59,8 @@ def test_runs_are_those_of_the_lists_and_a_flat_map_is_none(tmp_path: Path) -> N
         ("flat", 'map = "map.csv"', "distance,friction,slope\n0,1,1\n"),
         ("none", "", ""),
     ):
-        one = cl.load_scenario(scenario(tmp_path, track, csv))
-        runs[name] = cl.run_scenario(one, "creep_pi")
+        case = cl.load_scenario(scenario(tmp_path, track, csv))
+        runs[name] = cl.run_scenario(case, "creep_pi")
     for one, other in (("lists", "map"), ("flat", "none")):
         for signal in ("speed", "omega_left", "creep_force"):
             assert np.array_equal(runs[one][signal], runs[other][signal]), (one, signal)

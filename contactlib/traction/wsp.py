@@ -1,0 +1,199 @@
+"""Wheel-slide protection of a pneumatic brake: vent, hold or fill the brake cylinder.
+
+The scheme that UIC 541-05 and EN 15595 test, and the baseline of braking here. A dump valve has
+three positions and no other access to the pressure. Two measures choose among them: the slip, by
+which the wheel is slower than the estimated train speed, and the wheel's own deceleration.
+
+    slip            wheel decelerates hard   neither   wheel recovers
+    below release   vent                     fill      fill
+    between         vent                     hold      hold
+    above           vent                     vent      hold
+
+L. Pugi, M. Malvezzi, A. Tarasconi, A. Palazzolo, G. Cocci, M. Violani, "HIL simulation of WSP
+systems on MI-6 test rig", Vehicle System Dynamics 44 (2006) S843-S852, describe such tables. The
+pulses in which some systems fill, and the watchdog that ends a long venting, are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple, Self
+
+from contactlib.base.elementwise import maximum, minimum, negated, where
+from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
+from contactlib.traction.filters import Tracked, track, tracked_variance, tracker_gains
+from contactlib.traction.interface import (
+    FILTER_TIME,
+    LOW_SPEED,
+    SAMPLE_TIME,
+    Measurement,
+    plausible,
+)
+from contactlib.traction.search import Ranges, around_design
+from contactlib.traction.sensors import SPEED_NOISE, Sensors
+from contactlib.traction.threshold import CLEAR
+from contactlib.vehicle.drivetrain import LAG, Drivetrain
+
+ACCELERATION = Quantity("m/s2", above=0.0, usual=(0.01, 100.0))
+
+
+class WspMemory(NamedTuple):
+    """Memory of the scheme.
+
+    Attributes
+    ----------
+    vehicle : Tracked
+        Filtered vehicle speed.
+    wheel_speed : ndarray
+        Filtered wheel speed [m/s].
+    pressure : ndarray
+        Pressure in the brake cylinder, as the brake torque that it will give [N.m].
+    """
+
+    vehicle: Tracked
+    wheel_speed: FloatArray
+    pressure: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelSlideProtection(Parameters):
+    """Sampled controller that vents, holds or fills a brake cylinder; driving is not controlled.
+
+    To hold, it commands the pressure that it expects from its own commands and the times of the
+    brake: a closed valve needs no measured pressure. Without a brake in the scenario both times are
+    zero, and the motor's torque is held.
+
+    Parameters
+    ----------
+    sample_time : float, optional
+        Sample time [s].
+    slip_threshold : float, optional
+        Creepage, as a positive number, above which it vents unless the wheel recovers [1].
+    slip_release : float, optional
+        Creepage, as a positive number, below which it fills [1].
+    deceleration_threshold : float, optional
+        Wheel deceleration above which it vents at any slip [m/s2].
+    recovery_threshold : float, optional
+        Wheel acceleration above which the wheel recovers, so that it does not vent [m/s2].
+    low_speed : float, optional
+        Vehicle speed below which the thresholds are slip speeds [m/s].
+    minimum_slip : float, optional
+        Minimum slip speed above which it vents, above the noise [m/s].
+    speed_filter_time : float, optional
+        Time constant of the filter on the vehicle speed [s].
+    wheel_filter_time : float, optional
+        Time constant of the filter on the wheel speed and its acceleration [s].
+    fill_time : float, optional
+        Time constant with which the brake fills [s].
+    vent_time : float, optional
+        Time constant with which the brake vents [s].
+    """
+
+    sample_time: Annotated[float, SAMPLE_TIME] = 0.01
+    slip_threshold: Annotated[float, Quantity("1", above=0.0)] = 0.15
+    slip_release: Annotated[float, Quantity("1", above=0.0)] = 0.05
+    deceleration_threshold: Annotated[float, ACCELERATION] = 4.0
+    recovery_threshold: Annotated[float, ACCELERATION] = 1.0
+    low_speed: Annotated[float, LOW_SPEED] = 2.0
+    minimum_slip: Annotated[float, SPEED_NOISE] = 0.0
+    speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
+    wheel_filter_time: Annotated[float, FILTER_TIME] = 0.03
+    fill_time: Annotated[float, LAG] = 0.0
+    vent_time: Annotated[float, LAG] = 0.0
+
+    @property
+    def search_ranges(self) -> Ranges:
+        """Settings that `tune` searches."""
+        return around_design(
+            self,
+            "slip_threshold",
+            "slip_release",
+            "deceleration_threshold",
+            "recovery_threshold",
+            "speed_filter_time",
+            "wheel_filter_time",
+        )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.slip_release > self.slip_threshold:
+            raise ValueError(
+                f"WheelSlideProtection.slip_release = {self.slip_release!r} is out of range: must "
+                f"be <= slip_threshold = {self.slip_threshold!r}"
+            )
+
+    @cached_property
+    def _tracker_gains(self) -> tuple[float, float]:
+        return tracker_gains(self.sample_time, self.speed_filter_time)
+
+    @cached_property
+    def _gains(self) -> tuple[float, float, float]:
+        """Gains per sample of the filter on the wheel speed, of filling and of venting."""
+        times = self.wheel_filter_time, self.fill_time, self.vent_time
+        wheel, fill, vent = (-math.expm1(-self.sample_time / t) if t > 0.0 else 1.0 for t in times)
+        return wheel, fill, vent
+
+    @classmethod
+    def for_drivetrain(
+        cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
+    ) -> Self:
+        """Take the times of the brake, and set thresholds clear of the sensors' noise."""
+        checked_number("speed", speed, POSITIVE)
+        designed, brake = cls(**given), drivetrain.brake
+        slip, deceleration = designed.noise(sensors)
+        known = {
+            "minimum_slip": CLEAR * slip,
+            "deceleration_threshold": max(designed.deceleration_threshold, CLEAR * deceleration),
+            "fill_time": 0.0 if brake is None else brake.fill_time,
+            "vent_time": 0.0 if brake is None else brake.vent_time,
+        }
+        return cls(**{**known, **given})
+
+    def noise(self, sensors: Sensors) -> tuple[float, float]:
+        """Standard deviations of slip [m/s] and deceleration [m/s2] by sensor noise.
+
+        As for `ThresholdControl.noise`, with one filter for both.
+        """
+        gain, wheel = self._gains[0], sensors.wheel_speed_noise
+        tracked = tracked_variance(self.sample_time, self.speed_filter_time)
+        return (
+            math.sqrt(gain / (2.0 - gain) * wheel**2 + tracked * sensors.vehicle_speed_noise**2),
+            gain * math.sqrt(2.0 / (2.0 - gain)) * wheel / self.sample_time,
+        )
+
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> WspMemory:
+        """Memory of a brake at `torque` [N.m]."""
+        known = plausible(measurement)
+        vehicle, none = known.vehicle_speed, 0.0 * known.vehicle_speed
+        pressure = maximum(-(torque + none), 0.0)
+        return WspMemory(Tracked(vehicle, none), known.wheel_speed, pressure)
+
+    def sample(
+        self, measurement: Measurement[FloatArray], memory: WspMemory
+    ) -> tuple[FloatArray, WspMemory]:
+        """Torque [N.m] and new memory."""
+        known = plausible(measurement)
+        wheel_gain, fill_gain, vent_gain = self._gains
+        vehicle = track(memory.vehicle, known.vehicle_speed, self._tracker_gains)
+        change = wheel_gain * (known.wheel_speed - memory.wheel_speed)
+        wheel = memory.wheel_speed + change
+        backward = vehicle.speed < 0.0
+        slower, gained = vehicle.speed - wheel, change / self.sample_time
+        slip, acceleration = where(backward, -slower, slower), where(backward, -gained, gained)
+
+        scale = maximum(abs(vehicle.speed), self.low_speed)
+        high = maximum(self.slip_threshold * scale, self.minimum_slip)
+        dives = acceleration < -self.deceleration_threshold
+        recovers = acceleration > self.recovery_threshold
+        vents = dives | ((slip > high) & negated(recovers))
+        fills = (slip < self.slip_release / self.slip_threshold * high) & negated(dives)
+
+        demand = maximum(-known.demand, 0.0)
+        target = where(fills, demand, minimum(memory.pressure, demand))
+        target = where(vents, 0.0 * demand, target)
+        gain = where(target > memory.pressure, fill_gain, vent_gain)
+        pressure = memory.pressure + gain * (target - memory.pressure)
+        torque = where(known.demand < 0.0, -target, known.demand)
+        return torque, WspMemory(vehicle, wheel, pressure)
