@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -308,7 +308,11 @@ def _levels(profile: Profile) -> list[Stretch]:
 
 
 def _both(first: list[Stretch], second: list[Stretch]) -> list[Stretch]:
-    """Stretches on which both hold their values."""
-    pairs = product(first, second)
-    found = [((*a, *b), max(s, t), min(e, f)) for (a, s, e), (b, t, f) in pairs]
-    return [stretch for stretch in found if stretch[1] < stretch[2]]
+    """Stretches on which both hold their values; both lists are in the order of the track."""
+    found, i, j = [], 0, 0
+    while i < len(first) and j < len(second):
+        (a, s, e), (b, t, f) = first[i], second[j]
+        if max(s, t) < min(e, f):
+            found.append(((*a, *b), max(s, t), min(e, f)))
+        i, j = (i + 1, j) if e < f else (i, j + 1)
+    return found
