@@ -386,6 +386,9 @@ class Plant:
         self._radius = self._one(self.radius)
         self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
         self._commanded = self._inputs["commanded_torque"]
+        self._cleaning = np.array([track.cleaning for track in self._tracks])
+        self._inputs["recovered"] = [track.recovered for track in self._tracks]
+        self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
         loads = [one.wheel_load or STATIC for one in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
@@ -484,6 +487,7 @@ class Plant:
         self._drives = Drives(motors, self.radius, sample_time, braked)
         self._inputs["commanded_brake"] = 0.0
         self._brakes: Brakes | None = None
+        self._cleaned = dict.fromkeys(("left", "right"), np.zeros(n))
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), self._one(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
@@ -536,7 +540,20 @@ class Plant:
         self._commanded[place] = self._torque
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
+        if self._cleaning.any():
+            for side, share in self._cleaned.items():
+                self._inputs[f"cleaned_{side}"][place] = share
         self._step_on(place, self._timing.step * row, step, self._tolerance)
+        if self._cleaning.any() and step > 0.0:
+            self._clean(self._inputs[place])
+
+    def _clean(self, inputs: Any) -> None:
+        """Find how far either wheel cleans its rail, by its slip work per length [J/m]."""
+        speed, forces = self._states["speed"], self.fleet.evaluate(inputs, self._states)
+        for side in self._cleaned:
+            slip = self.radius * self._states[f"omega_{side}"] - speed
+            work = forces[f"creep_force_{side}"] * slip / np.maximum(np.abs(speed), self._slowest)
+            self._cleaned[side] = -np.expm1(-self._cleaning * np.maximum(work, 0.0))
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""

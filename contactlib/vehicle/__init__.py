@@ -5,7 +5,7 @@ from contactlib.vehicle.conditions import Conditions, OperatingPoint, Resistance
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
-from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.track import Profile, RailState, Track
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -21,6 +21,7 @@ __all__ = [
     "OperatingPoint",
     "Peak",
     "Profile",
+    "RailState",
     "Resistance",
     "SteadyStates",
     "TorqueControl",

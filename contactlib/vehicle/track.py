@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import (
     FINITE,
+    NOT_NEGATIVE,
     POSITIVE,
     FloatArray,
+    Limits,
     Quantity,
     checked,
     checked_number,
     checks_call,
+    common_shape,
     shown,
 )
 from contactlib.kernel import NativeTrack
@@ -101,6 +104,7 @@ def profile_of(**lists: Values) -> Profile:
 LISTS = ("friction", "friction_left", "friction_right", "slope")  # over distance
 UNCHANGED = Profile((0.0,), (1.0,))
 FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
+CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,17 +124,38 @@ class Track:
         wet rail has 0.29 times the slope of a dry one [1]_. The saturation creepage is divided by
         it, and k_hat does not change. This is an assumption, as for the slope reduction of the
         force element: a third-body layer shears, and does not change the weakening of friction.
+    cleaning : float, optional
+        Inverse of the slip work per length of one rail for 63 % of the recovery of friction [m/J].
+        Default: 0, slip does not clean the rails.
+    recovered : float, optional
+        Factor on friction that much slip work leaves [1]. Default: 1.
 
     Raises
     ------
     ValueError
-        If a factor is not above zero.
+        If a factor is not above zero, or `cleaning` is below zero.
+
+    Notes
+    -----
+    Slip that dissipates the work W per length of one rail raises the factor s on friction to
+
+        s + (recovered - s) (1 - exp(-cleaning W)),    s < recovered,
+
+    the form of Meli, Ridolfi & Rindi [2]_; Voltr & Lata [3]_ measured such transitions. In runs of
+    single wheelsets W is the work of either wheel itself on the metre of its own rail that it is
+    on: its slip power over the vehicle's speed, at the last row. As in their model it has no
+    memory, so a wheel that stops sliding finds the friction of rails that nobody has cleaned. A
+    whole train has `RailState`, which keeps what the axles in front have done.
 
     References
     ----------
     .. [1] O. Polach, "Creep forces in simulations of traction vehicles running on adhesion limit",
        Wear 258, 2005: the reduction factors k_A + k_S are 1.00 + 0.40 on dry and 0.30 + 0.10 on
        wet rail.
+    .. [2] E. Meli, A. Ridolfi, A. Rindi, "An innovative degraded adhesion model for railway
+       vehicles", Meccanica 49 (2014) 919-937.
+    .. [3] P. Voltr, M. Lata, "Transient wheel-rail adhesion characteristics under the cleaning
+       effect of sliding", Vehicle System Dynamics 53 (2015) 605-618.
 
     Examples
     --------
@@ -143,6 +168,8 @@ class Track:
     friction_right: Profile | None = None
     friction_over_time: Profile = UNCHANGED
     slope: Profile = UNCHANGED
+    cleaning: float = 0.0
+    recovered: float = 1.0
 
     def __post_init__(self) -> None:
         checked("Track.friction_left", self.friction_left.value, POSITIVE)
@@ -150,6 +177,9 @@ class Track:
         if self.friction_right is not None:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
         checked("Track.slope", self.slope.value, POSITIVE)
+        for name, limits in (("cleaning", CLEANING), ("recovered", FACTOR)):
+            number = checked_number(f"Track.{name}", getattr(self, name), limits)
+            object.__setattr__(self, name, number)
 
     @classmethod
     @checks_call
@@ -163,6 +193,8 @@ class Track:
         time: Annotated[Values, TIME] = (),
         friction_over_time: Annotated[Values, FACTOR] = (),
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
+        cleaning: Annotated[float, CLEANING] = 0.0,
+        recovered: Annotated[float, FACTOR] = 1.0,
     ) -> Track:
         """Make the track from lists of places and of factors, which are the fields of the class.
 
@@ -201,7 +233,7 @@ class Track:
             raise ValueError(f"{given[0]} is given alone: time and friction_over_time go together")
         if given:
             factors["friction_over_time"] = profile_of(**over_time)
-        return cls(**factors)
+        return cls(**factors, cleaning=cleaning, recovered=recovered)
 
     @property
     def lowest(self) -> tuple[float, float]:
@@ -239,6 +271,22 @@ class Track:
         right = left if self.friction_right is None else self.friction_right(distance)
         return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))
 
+    def cleaned(self, friction_scale: ArrayLike, work: ArrayLike) -> FloatArray:
+        """Factors on friction after slip work on the rails.
+
+        Parameters
+        ----------
+        friction_scale : array_like
+            Factors before [1].
+        work : array_like
+            Slip work per length of one rail [J/m].
+        """
+        scale = checked("friction_scale", friction_scale, POSITIVE, copy=False)
+        work = checked("work", work, NOT_NEGATIVE, copy=False)
+        common_shape({"friction_scale": scale, "work": work})
+        gain = np.maximum(self.recovered - scale, 0.0)
+        return np.asarray(scale - gain * np.expm1(-self.cleaning * work))
+
     @cached_property
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
@@ -246,3 +294,59 @@ class Track:
         profiles = (*sides, self.friction_over_time, self.slope)
         left, right, over_time, slope = ((profile.at, profile.value) for profile in profiles)
         return left, right, over_time, slope
+
+
+CELL = 0.1  # length of rail with one friction [m]
+
+
+class RailState:
+    """Slip work on both rails of a track by the axles of a train, for those behind.
+
+    The library's runs are of single wheelsets. In your own model of a train each axle finds the
+    friction that the axles in front have left, by the work of all of them.
+
+    Parameters
+    ----------
+    track : Track
+        Factors before the train, and how slip work raises them.
+    distance : ndarray
+        Distances of the axles at the start, the leading one first, shape (n,) [m].
+    reach : float
+        Distance that no axle comes to, at least that of the leading one [m].
+
+    Attributes
+    ----------
+    cleans : bool
+        Whether slip work changes anything.
+    """
+
+    def __init__(self, track: Track, distance: FloatArray, reach: float) -> None:
+        distance = checked("distance", distance, FINITE)
+        self._track, self._start = track, float(distance.min()) - 1.0
+        reach = checked_number("reach", reach, Limits(at_least=float(distance.max())))
+        cells = int((reach - self._start) / CELL) + 2
+        self._work = np.zeros((cells, len(distance), 2))  # [J/m]
+        self._last = self._cells(distance)
+        self.cleans = track.cleaning > 0.0
+
+    def friction(self, distance: FloatArray, time: float = 0.0) -> FloatArray:
+        """Factors under both wheels at the axles' distances [m] at a time [s], shape (n, 2)."""
+        scale = self._track.friction_scale(distance, time)
+        if not self.cleans:
+            return scale
+        before = np.cumsum(self._work[self._cells(distance)], axis=1)
+        places = range(1, len(scale))
+        done = np.stack([np.zeros(2), *(before[i, i - 1] for i in places)])
+        return self._track.cleaned(scale, done)
+
+    def slide(self, distance: FloatArray, work: FloatArray) -> None:
+        """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m]."""
+        if not self.cleans:
+            return
+        now = self._cells(distance)
+        for axle, (last, cell) in enumerate(zip(self._last, now, strict=True)):
+            self._work[last : cell + 1, axle] = np.maximum(work[axle], 0.0)
+        self._last = now
+
+    def _cells(self, distance: FloatArray) -> FloatArray:
+        return np.asarray((distance - self._start) / CELL, dtype=np.intp)

@@ -49,6 +49,9 @@ typedef struct {
     double friction_left;    /* multiplies f_s and f_d [1] */
     double friction_right;   /* [1] */
     double slope;            /* multiplies the initial slope of the creep force [1] */
+    double recovered;        /* factor on friction of clean rails, towards which cleaning raises */
+    double cleaned_left;     /* the track's: the part of the way that is done, 0 to 1 [1] */
+    double cleaned_right;    /* [1] */
 } drivetrain_input;
 
 typedef struct {

@@ -152,6 +152,14 @@ typedef struct {
     lanes rest;       /* part of the step after that stretch; below zero if the lane is idle */
 } journey;
 
+/* Factors of the track where a drivetrain is, under the cleaning that its input holds. */
+static void factors_of(const drivetrain_member *member, const drivetrain_input *in, double distance,
+                       double time, double factor[3]) {
+    track_factors(member->rails, distance, time, factor);
+    factor[0] += in->cleaned_left * larger(in->recovered - factor[0], 0.0);
+    factor[1] += in->cleaned_right * larger(in->recovered - factor[1], 0.0);
+}
+
 /* Begin the stretch up to the next corner of the track's profiles, with the factors in its middle.
  */
 static void begin_stretch(journey *j, group *g, integration *run, int l) {
@@ -161,8 +169,10 @@ static void begin_stretch(journey *j, group *g, integration *run, int l) {
         double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], factor[3];
         double until = track_until_change(rails, distance, speed, j->time[l]);
         if (until < left * (1.0 - 1e-9)) part = until;
-        track_factors(rails, distance + 0.5 * part * speed, j->time[l] + 0.5 * part, factor);
-        for (int i = 0; i < 3; i++) g->input[FRICTION_LEFT + i][l] = factor[i];
+        size_t i = j->at[l];
+        factors_of(&j->members[i], &j->input[i], distance + 0.5 * part * speed,
+                   j->time[l] + 0.5 * part, factor);
+        for (int k = 0; k < 3; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
     }
     run->left[l] = part;
     j->time[l] += part;
@@ -238,7 +248,7 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
     for (size_t i = 0; i < n; i++) {
         if (!members[i].rails) continue;
         double factor[3];
-        track_factors(members[i].rails, state[i].distance, time, factor);
+        factors_of(&members[i], &input[i], state[i].distance, time, factor);
         input[i].friction_left = factor[0];
         input[i].friction_right = factor[1];
         input[i].slope = factor[2];

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import exudyn
 import numpy as np
 
+import contactlib as cl
 from contactlib.base.quantities import POSITIVE, FloatArray, checked_number
 
-from .rails import Rails, RailState
 from .system import build, outer_forces
 from .vehicle import AXLES, COORDINATES, SHAFT, SPIN, Forces, Locomotive, Motion
 from .wheels import Element, Source
@@ -92,7 +92,7 @@ def simulate(
     source: Source | None = None,
     held: bool = False,
     implicit: bool = False,
-    rails: Rails | None = None,
+    rails: cl.Track | None = None,
 ) -> Run:
     """Run the locomotive from pure rolling.
 
@@ -112,8 +112,8 @@ def simulate(
     implicit : bool, optional
         Whether Exudyn integrates with its generalized-alpha method instead of Runge and Kutta's,
         which needs fewer calls. It takes stiff forces, but held ones half a step late.
-    rails : Rails, optional
-        Friction along the track. Default: dry.
+    rails : Track, optional
+        Friction along the track, and its recovery by the slip work of the axles. Default: dry.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def simulate(
         )
     at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
     reach = at[0] + speed * duration + 0.5 * STRONGEST * duration**2
-    state = RailState(Rails() if rails is None else rails, at, reach)
+    state = cl.vehicle.RailState(cl.Track() if rails is None else rails, at, reach)
     rows: list[tuple[FloatArray, ...]] = []
     # Exudyn needs the first accelerations before the first step.
     now = {

@@ -54,6 +54,7 @@ GOOD: dict[str, Any] = {
     "a_over_b": np.geomspace(0.05, 20.0, 6),
     "adhesion_reduction": 1.0,
     "amplitude": row(0.0, 0.1, 1.0, 0.02, 0.01, 0.5),
+    "cleaning": 1e-4,
     "coefficient": 0.4 - SCALES / 10.0,
     "conductivity": 50.0,
     "contact_modulus": 115.4e9,
@@ -98,6 +99,8 @@ GOOD: dict[str, Any] = {
     "radius_x": 0.5,
     "radius_y": 0.3,
     "rail_temperature": 20.0,
+    "reach": 200.0,
+    "recovered": 0.9,
     "reference": 0.02,
     "resistance_force": 10.0,
     "sample_time": 1e-3,
@@ -126,6 +129,7 @@ GOOD: dict[str, Any] = {
     "vent_time": 0.12,
     "weakening_length": 1e-6,
     "wheel_temperature": 60.0,
+    "work": row(0.0, 1.0, 1e3, 5e3, 2e4, 1e9),
     "youngs_modulus": 210e9,
 }
 
@@ -253,6 +257,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "source": lambda: KernelSource(rig().element),
     "system": lambda: rig().to_nlsys(speed=10.0),
     "table": lambda: cl.carter_griffith_table("line"),
+    "track": lambda: cl.Track(cleaning=1e-4),
     "wheelset": rig,
 }
 
@@ -364,6 +369,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "CreepForces.evaluate": {"speed": None},
     "CreepPI": {**LIMITER, "reference_torque": 1e4},
     "Drivetrain": {"motor": lambda: Motor()},
+    "RailState": {"distance": lambda: row(20.0, 5.0)},
     "ForceElement.at_creepage": {"normal_load": 1e5, "friction_scale": 0.9},
     "ForceElement.evaluate elliptic": {
         "lateral_velocity": 2e-3 * SPEEDS,
@@ -499,6 +505,7 @@ EXEMPT: dict[str, str] = {
         (
             "CreepControl.start",
             *("TorqueControl.start", "Wheelset.rates", "KernelSource.exchange"),
+            *("RailState.friction", "RailState.slide"),
             "FmuSource.exchange",
         ),
         EVERY_STEP,

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from locomotive_train.control import Motors, Torques
-from locomotive_train.rails import CELL, Rails
 from locomotive_train.vehicle import (
     AXLES,
     ENDS,
@@ -28,6 +27,7 @@ from outside_tools import module
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
+from contactlib.vehicle.track import CELL
 
 if TYPE_CHECKING:
     from locomotive_train.run import Run
@@ -383,14 +383,14 @@ def test_steady_curving_is_kalkers(locomotive: Locomotive, simulate: Simulate) -
 WET = cl.Profile((20.0, 20.0), (1.0, 0.5))
 
 
-def on_wet_rails(locomotive: Locomotive, simulate: Simulate, cleaning: float | None) -> Run:
+def on_wet_rails(locomotive: Locomotive, simulate: Simulate, cleaning: float) -> Run:
     ramp = cl.Profile((0.0, 1.0), (0.0, 20e3))
-    rails = Rails(friction=WET, cleaning=cleaning)
+    rails = cl.Track(friction_left=WET, cleaning=cleaning)
     return simulate(locomotive, Torques(ramp), duration=3.0, step=2e-3, once=True, rails=rails)
 
 
 def test_cleaning_of_nothing_changes_nothing(locomotive: Locomotive, simulate: Simulate) -> None:
-    never, none = (on_wet_rails(locomotive, simulate, rate) for rate in (None, 0.0))
+    never, none = (on_wet_rails(locomotive, simulate, rate) for rate in (0.0, 1e-300))
     np.testing.assert_array_equal(never.coordinates, none.coordinates)
 
 
@@ -415,7 +415,7 @@ def test_trailing_axles_find_what_the_axles_before_have_cleaned(
 def test_creep_control_holds_all_axles_on_a_wet_patch(
     locomotive: Locomotive, simulate: Simulate, scenario: cl.Scenario, groups: int
 ) -> None:
-    rails = Rails(friction=WET)
+    rails = cl.Track(friction_left=WET)
     runs = {
         name: simulate(
             locomotive,
