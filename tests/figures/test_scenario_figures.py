@@ -18,7 +18,7 @@ import contactlib as cl
 from contactlib.figures import comparison, run_name, scenario_run
 from contactlib.figures.style import drivetrain_setting
 from contactlib.runs import Metrics
-from contactlib.vehicle import Axle, Drivetrain, Motor
+from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 
 CAPTION = "$J$ 250 kg m$^2$, $r$ 0.5 m. Sensors: delay 10 ms."
 
@@ -180,16 +180,32 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
         assert axes.get_xlim()[1] == first.time[-1]
 
 
+def test_a_stop_shows_speeds_and_its_distance() -> None:
+    case = replace(cl.load_scenario("wheel_slide_protection.toml"), initial_speed=4.0, duration=9.0)
+    stops = {name: cl.run_scenario(case, name) for name in ("open_loop", "wsp")}
+    found = {name: cl.metrics(run, case.drivetrain) for name, run in stops.items()}
+    figure = comparison(stops, found, title="", caption="")
+    assert len(figure.axes) == 8
+    for axes, (name, run) in zip(figure.axes[6:], stops.items(), strict=True):
+        _, rim, _ = checks.lines(axes, "wheel rim")
+        assert_allclose(rim, run["speed"] + run["slip_velocity"])
+        title = figure.axes[list(stops).index(name)].get_title("left")
+        assert f"stops after {run['distance'][-1]:.0f} m" in title
+    checks.check_layout(figure)
+
+
 def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
     wheelset = locomotive.wheelset
     drivetrain = Drivetrain(
         replace(wheelset, element=replace(wheelset.element, memory=True)),
         axle=Axle(stiffness=6e6, damping=500.0, drive_share=0.4),
         motor=Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
+        brake=Brake(fill_time=0.25, vent_time=0.1, delay=0.04),
     )
     setting = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
+    limits += ", brake: delay 40 ms, fill 0.25 s, vent 0.1 s"
     assert f"Motor lag 10 ms, {limits}, contact with memory, axle {hertz:.3g} Hz, " in setting
     assert setting.endswith("% of critical.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0

@@ -165,7 +165,8 @@ def test_a_load_held_over_rows_converges(wet_drive: cl.Scenario) -> None:
 def test_a_patch_shorter_than_a_step_is_met(locomotive: cl.Model, start: float, name: str) -> None:
     """Two centimetres are two fifths of a row; where it lies between rows does not matter."""
     ends = (start, start, start + 0.02, start + 0.02)
-    track = cl.Track(**{name: cl.Profile(ends, (1.0, 0.5, 0.5, 1.0))})
+    patch: dict[str, Any] = {name: cl.Profile(ends, (1.0, 0.5, 0.5, 1.0))}
+    track = cl.Track(**patch)
     wheelset = dataclasses.replace(locomotive.wheelset, resistance=Resistance())
     still = plain_scenario(wheelset, duration=0.6, demand=cl.Profile.of(2.5e4))
     case = dataclasses.replace(still, track=track)
