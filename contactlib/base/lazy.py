@@ -46,6 +46,7 @@ EXTRAS = {  # which "pip install" brings a library that most users do not need
     "control": "control",
     "distributed": "cluster",
     "fmpy": "fmi",
+    "gymnasium": "rl",
     "pandas": "data",
     "xarray": "data",
 }

@@ -454,11 +454,16 @@ class Plant:
         """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
         if name not in UNITS:
             raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
+        found = self.now()[name][0]
+        return float(found[0]) if self._alone else np.array(found)
+
+    def now(self) -> Block:
+        """All signals of `run_scenario` now, each computed on first use: shape (1, n)."""
         inputs = self._inputs[:1]
         for given, values in self._ahead(self._row, 1)[1].items():
             inputs[given][0] = values[0]
         self._advance(0, self._row, 0.0)  # sets the friction that is met here
-        block = Block(
+        return Block(
             np.array([self.time]),
             np.full(inputs.shape, self._demand),
             inputs.copy(),
@@ -466,8 +471,6 @@ class Plant:
             self,
             self._stored,
         )
-        found = block[name][0]
-        return float(found[0]) if self._alone else np.array(found)
 
     @cached_property
     def available(self) -> AvailableForce:

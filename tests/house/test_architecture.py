@@ -22,6 +22,7 @@ ROOMS = [
     "traction",
     "files",
     "runs",
+    "rl",
     "figures",
     "export",
     "cli",

@@ -1,0 +1,409 @@
+"""The plant as Gymnasium environments: one wheelset, or many side by side.
+
+*Observation*: the measurement of the sensors and never the truth: the demand, the torque that the
+drive was commanded last, the vehicle speed and the slip speed (wheel minus vehicle), each over its
+scale in `Scales`, as 32-bit numbers.
+
+*Action*: the torque / the driver's demand, from 0 to 1, held until the next sample.
+
+*Reward* of a step, from the state at its end and the slip work W within it:
+
+    1 - L/Q_a - slip_cost W/(Q_a V dt)
+
+Q_a is the force that friction allows, at least a hundredth of the grip; V is the vehicle's speed,
+at least 1 m/s; and L = max(Q_t - s Q, 0) is the lack of creep force in the demand's direction, s Q,
+of the force that could be transmitted, Q_t (see `contactlib.runs.Metrics`). While friction limits
+the force, 1 - L/Q_a is the share of it that is used, whose mean is the limited utilisation; without
+a lack it is 1. The last term is the work lost in slip / the work that Q_a does in the same time.
+
+*Termination*: the integrator gave up. *Truncation*: the scenario's duration is over.
+
+*Seeds*: `reset(seed=7)` draws the sensors' noise of `run_scenario(index=7)`, and of wheelset i of
+many that of index 7 + i. Without a seed the index is random, from the environment's generator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib.base.lazy import optional_library
+from contactlib.base.quantities import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    FloatArray,
+    Limits,
+    checked_number,
+    checked_whole,
+)
+from contactlib.files.scenario import Scenario, load_scenario
+from contactlib.runs.accumulators import NEGLIGIBLE, DerivedRows, Vehicles
+from contactlib.runs.plant import Plant, default_step
+from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP
+from contactlib.traction import Measurement
+from contactlib.traction.interface import FASTEST, STRONGEST, plausible
+
+if TYPE_CHECKING:
+    import gymnasium
+else:
+    gymnasium = optional_library("gymnasium")
+
+LOW_SPEED = 1.0  # vehicle speed below which slip costs as at this one [m/s]
+COUNT = Limits(at_least=1.0, at_most=1e6)
+DRAWN = 2**31  # indices of runs that are drawn without a seed
+TRUTH = (  # signals in an environment's info
+    "speed",
+    "creepage",
+    "creep_force",
+    "available_force",
+    "commanded_torque",
+    "falling_branch",
+)
+Info = dict[str, Any]
+
+
+class Scales(NamedTuple):
+    """What the numbers of an observation are divided by.
+
+    Attributes
+    ----------
+    torque : float
+        Scale of demand and commanded torque [N.m].
+    speed, slip_speed : float
+        Scale of the vehicle speed, and of measured wheel speed - vehicle speed [m/s].
+    """
+
+    torque: float
+    speed: float = 10.0
+    slip_speed: float = 0.1
+
+
+class Wheelsets:
+    """Wheelsets of an environment as arrays of shape (n,): a plant with observation and reward.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        One for each wheelset, of one duration.
+    sample_time, step, tolerance
+        As for `Plant`, but by default as for `run_many`: accurate enough to learn, and fast.
+    scales : Scales, optional
+        Scales of the observation. Default: the scenarios' largest demand, 10 m/s and 0.1 m/s.
+    slip_cost : float
+        Weight of the slip work in the reward [1].
+
+    Raises
+    ------
+    ValueError
+        As `Plant` does; if durations differ, or a scale is not positive.
+    """
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        *,
+        sample_time: float = 0.01,
+        step: float | None = None,
+        tolerance: float = DEFAULT_TOLERANCE,
+        scales: Scales | None = None,
+        slip_cost: float = 1.0,
+    ) -> None:
+        self.scenarios = scenarios
+        distinct = {id(one): one for one in scenarios}.values()
+        if step is None:
+            step = min(default_step(one, LONGEST_STEP) for one in distinct)
+        self.plant = Plant(scenarios, sample_time=sample_time, step=step, tolerance=tolerance)
+        durations = sorted({one.duration for one in distinct})
+        if len(durations) > 1:
+            raise ValueError(f"scenarios have durations of {durations} s: they must be equal")
+        self._end = durations[0] * (1.0 - 1e-9)
+        if scales is None:
+            largest = max(abs(x) for one in distinct for x in one.demand.value)
+            scales = Scales(largest or 1.0)
+        self.scales = Scales(
+            *(checked_number(f"scales.{k}", v, POSITIVE) for k, v in scales._asdict().items())
+        )
+        self._slip_cost = checked_number("slip_cost", slip_cost, NOT_NEGATIVE)
+        self.sample_time = float(sample_time)
+        self._vehicles = Vehicles.of(self.plant.trains)
+        torque, speed, slip = self.scales
+        self._divisors = np.array([torque, torque, speed, slip])
+        highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
+        self.space = gymnasium.spaces.Box(*_rounded_out(highest), dtype=np.float32)
+
+    def begin(self, index: int) -> tuple[NDArray[np.float32], Info]:
+        """Begin again with the run of an index and those that follow."""
+        self.measured: Measurement[FloatArray] = self.plant.reset(index)
+        rows = DerivedRows(self.plant.now(), self._vehicles)
+        self._work = rows["creep_work"][0]
+        return self._observed(), self._info(rows)
+
+    def torque(self, action: Any) -> FloatArray:
+        """Torques of an action, shares of the demand from 0 to 1 [N.m].
+
+        Raises
+        ------
+        ValueError
+            If it has neither the shape (n, 1) nor (n,).
+        """
+        share, n = np.asarray(action, dtype=np.float64), len(self.scenarios)
+        if share.shape not in ((n, 1), (n,)):
+            raise ValueError(f"action has the shape {share.shape}: must be ({n}, 1)")
+        share = share.reshape(n)
+        return np.minimum(np.maximum(share, 0.0), 1.0) * self.measured.demand
+
+    def hold(
+        self, torque: Any
+    ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], bool, Info]:
+        """Hold a torque until the next sample [N.m]: what `step` of an environment returns."""
+        self.measured = self.plant.step(torque)
+        rows = DerivedRows(self.plant.now(), self._vehicles)
+        used, possible = (signal[0] for signal in rows.transmittable)
+        allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * self._vehicles.grip)
+        way = self.sample_time * np.maximum(np.abs(rows["speed"][0]), LOW_SPEED)
+        work, self._work = self._work, rows["creep_work"][0]
+        lost = np.maximum(possible - used, 0.0) + self._slip_cost / way * (self._work - work)
+        reward = np.where(self.plant.failed, 0.0, 1.0 - lost / allowed)
+        over = self.plant.time > self._end
+        return self._observed(), reward, self.plant.failed.copy(), over, self._info(rows)
+
+    def _observed(self) -> NDArray[np.float32]:
+        seen = plausible(self.measured)
+        slip = seen.wheel_speed - seen.vehicle_speed
+        rows = np.stack([seen.demand, seen.torque, seen.vehicle_speed, slip], axis=-1)
+        return np.asarray(rows / self._divisors, dtype=np.float32)
+
+    def _info(self, rows: DerivedRows) -> Info:
+        return {name: np.array(rows[name][0]) for name in TRUTH}
+
+
+def _rounded_out(highest: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Bounds of observations, which rounding to 32 bits does not exceed."""
+    bound = np.nextafter(highest.astype(np.float32), np.float32(np.inf))
+    return -bound, bound
+
+
+def _action_space() -> gymnasium.spaces.Box:
+    return gymnasium.spaces.Box(0.0, 1.0, (1,), np.float32)
+
+
+def _loaded(scenario: Scenario | str) -> Scenario:
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+
+
+def _first(generator: np.random.Generator, seed: int | None) -> int:
+    """Index of the first run."""
+    return int(generator.integers(DRAWN)) if seed is None else seed
+
+
+class TractionEnv(gymnasium.Env[Any, Any]):
+    """One wheelset of a scenario as a Gymnasium environment.
+
+    The observation is (demand, commanded torque, vehicle speed, slip speed) as the sensors measure
+    them, over `scales`; the action the torque / demand, 0 to 1; the reward of a step
+
+        1 - lack of force / available force - slip_cost * slip work / work of the available force
+
+    which is at most 1. The episode terminates if the integrator gives up, and is truncated at the
+    scenario's duration. The info contains the truth, in the signals of `run_scenario`: "speed",
+    "creepage", "creep_force", "available_force", "commanded_torque" and "falling_branch".
+
+    `reset(seed=7)` draws the sensors' noise of `run_scenario(scenario, ..., index=7)`; with the
+    same torques, `step` and `tolerance` the run is the same to the last bit.
+
+    ``gymnasium.make("contactlib/Traction-v1", scenario="dry_wet_dry.toml")`` makes one too, after
+    ``import contactlib.rl``.
+
+    Parameters
+    ----------
+    scenario : Scenario or str
+        The scenario, or the name of its file.
+    sample_time : float, optional
+        Time from one step of the environment to the next [s].
+    step : float, optional
+        Longest time between rows [s]. Default: 10 ms or less, as for `run_many`; `run_scenario`
+        has 5 ms.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1]; `run_scenario` has 1e-7.
+    scales : Scales, optional
+        Scales of the observation. Default: the scenario's largest demand, 10 m/s, and 0.1 m/s for
+        the slip speed. A policy for other scenarios needs those with which it learned.
+    slip_cost : float, optional
+        Weight of the slip work in the reward [1].
+
+    Attributes
+    ----------
+    scales : Scales
+        Scales of the observation.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or no steady state holds the first demand.
+
+    Examples
+    --------
+    >>> from contactlib.rl import TractionEnv
+    >>> env = TractionEnv("dry_wet_dry.toml")
+    >>> observation, info = env.reset(seed=7)
+    >>> total, truncated = 0.0, False
+    >>> while not truncated:
+    ...     demand, torque, speed, slip = observation
+    ...     action = [1.0 if slip < 2.0 else 0.1]
+    ...     observation, reward, terminated, truncated, info = env.step(action)
+    ...     total += reward
+    >>> f"mean reward {total / 2000:.2f}, {info['speed']:.1f} m/s at the end"
+    'mean reward 0.86, 14.2 m/s at the end'
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
+
+    def __init__(self, scenario: Scenario | str, **settings: Any) -> None:
+        self.wheelsets = Wheelsets([_loaded(scenario)], **settings)
+        self.scales = self.wheelsets.scales
+        self.observation_space, self.action_space = self.wheelsets.space, _action_space()
+
+    @property
+    def time(self) -> float:
+        """Time of the present sample [s]."""
+        return self.wheelsets.plant.time
+
+    @property
+    def measurement(self) -> Measurement[FloatArray]:
+        """The present measurement, as a controller gets it: arrays of shape (1,)."""
+        return self.wheelsets.measured
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], Info]:
+        """Begin an episode; the seed is the index of its noise."""
+        super().reset(seed=seed)
+        observed, info = self.wheelsets.begin(_first(self.np_random, seed))
+        return observed[0], _alone(info)
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
+        """Hold a share of the demand until the next sample [1]."""
+        return self.hold(self.wheelsets.torque(action))
+
+    def hold(self, torque: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
+        """As `step`, with a torque [N.m]: a share cannot give every torque to the last bit."""
+        observed, reward, failed, over, info = self.wheelsets.hold(torque)
+        return observed[0], float(reward[0]), bool(failed[0]), over, _alone(info)
+
+
+def _alone(info: Info) -> Info:
+    return {name: float(value[0]) for name, value in info.items()}
+
+
+class TractionVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
+    """Many wheelsets, stepped side by side in C, as a Gymnasium vector environment.
+
+    Observation, action, reward and info are those of `TractionEnv`, with a row for each wheelset;
+    wheelset i of `reset(seed=7)` is that of a `TractionEnv` with the seed 7 + i, to the last bit.
+
+    All episodes begin and end together, as the scenarios have one duration; if an integrator gives
+    up, which terminates that episode, the others are truncated. The autoreset mode is NEXT_STEP:
+    the step after the last one ignores the actions, resets all wheelsets and returns zero rewards.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or sequence of them
+        Scenarios or names of their files. Wheelset i gets number i modulo their count: draw as many
+        as you need for domain randomisation. Their durations and sensor delays are equal.
+    num_envs : int
+        Number of wheelsets.
+    sample_time, step, tolerance, scales, slip_cost
+        As for `TractionEnv`.
+
+    Attributes
+    ----------
+    scales : Scales
+        Scales of the observation.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, scenarios do not fit together, or no steady state holds a first
+        demand.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from contactlib.rl import TractionVectorEnv
+    >>> envs = TractionVectorEnv("dry_wet_dry.toml", 64)
+    >>> observations, _ = envs.reset(seed=0)
+    >>> for _ in range(600):
+    ...     actions = np.where(observations[:, 3:] < 2.0, 1.0, 0.1)
+    ...     observations, rewards, terminated, truncated, info = envs.step(actions)
+    >>> f"creepage {info['creepage'].min():.3f} to {info['creepage'].max():.3f} after 6 s"
+    'creepage 0.024 to 0.066 after 6 s'
+    """
+
+    def __init__(
+        self, scenario: Scenario | str | Sequence[Scenario | str], num_envs: int, **settings: Any
+    ) -> None:
+        self.num_envs = checked_whole("num_envs", num_envs, COUNT)
+        several = [scenario] if isinstance(scenario, (Scenario, str)) else list(scenario)
+        if not several:
+            raise ValueError("scenario = [] is too short: an environment has at least one")
+        given = [_loaded(one) for one in several]
+        wheelsets = [given[i % len(given)] for i in range(self.num_envs)]
+        self.wheelsets = Wheelsets(wheelsets, **settings)
+        self.scales = self.wheelsets.scales
+        self.metadata = {
+            "render_modes": [],
+            "autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP,
+        }
+        batch = gymnasium.vector.utils.batch_space
+        self.single_observation_space = self.wheelsets.space
+        self.single_action_space = _action_space()
+        self.observation_space = batch(self.single_observation_space, self.num_envs)
+        self.action_space = batch(self.single_action_space, self.num_envs)
+        self._over = False
+
+    @property
+    def time(self) -> float:
+        """Time of the present sample [s]."""
+        return self.wheelsets.plant.time
+
+    @property
+    def measurement(self) -> Measurement[FloatArray]:
+        """The present measurement, as a controller gets it: arrays of shape (n,)."""
+        return self.wheelsets.measured
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], Info]:
+        """Begin the episodes; the seed is the index of the first one's noise."""
+        super().reset(seed=seed)
+        self._over = False
+        return self.wheelsets.begin(_first(self.np_random, seed))
+
+    def step(
+        self, actions: Any
+    ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], NDArray[np.bool_], Info]:
+        """Hold shares of the demand until the next sample [1], shape (n, 1)."""
+        return self.hold(self.wheelsets.torque(actions))
+
+    def hold(
+        self, torque: Any
+    ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], NDArray[np.bool_], Info]:
+        """As `step`, with torques [N.m], one for all or n."""
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        if self._over:
+            observed, info = self.reset()
+            return observed, np.zeros(self.num_envs), none, none.copy(), info
+        observed, reward, failed, over, info = self.wheelsets.hold(torque)
+        self._over = over or bool(failed.any())
+        return observed, reward, failed, ~failed if self._over else none, info
+
+
+gymnasium.register(
+    "contactlib/Traction-v1",
+    entry_point="contactlib.rl:TractionEnv",
+    vector_entry_point="contactlib.rl:TractionVectorEnv",
+    kwargs={"scenario": "dry_wet_dry.toml"},
+)

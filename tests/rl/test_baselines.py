@@ -1,0 +1,55 @@
+"""Controllers as policies: the run of the scenario, in the loop of an environment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from own_controller import SlipPI
+from plain_scenario import wet_patch
+
+import contactlib as cl
+
+pytest.importorskip("gymnasium")
+rl = pytest.importorskip("contactlib.rl")
+FINE = {"tolerance": 1e-7, "step": 5e-3}  # of run_scenario
+
+
+@pytest.mark.parametrize("name", ["threshold", "creep_pi", "slope_seeking"])
+def test_a_controller_in_the_loop_gives_its_run_to_the_last_bit(name: str) -> None:
+    scenario = wet_patch(duration=5.0)
+    envs = rl.TractionVectorEnv(scenario, 2, **FINE)
+    policy = rl.ControllerPolicy(envs, name)
+    runs = [cl.run_scenario(scenario, name, index=i) for i in (2, 3)]
+    for _ in range(2):  # it begins anew with the episode
+        envs.reset(seed=2)
+        for i in range(500):
+            *_, infos = envs.hold(policy.torque())
+            for k, run in enumerate(runs):
+                assert infos["creepage"][k] == run["creepage"][2 * i + 2]
+                assert infos["speed"][k] == run["speed"][2 * i + 2]
+    assert infos["commanded_torque"].max() < 0.9 * max(scenario.demand.value)  # it limits
+
+
+def test_actions_of_a_controller_are_its_torques_but_for_rounding() -> None:
+    scenario = wet_patch(duration=4.0)
+    env = rl.TractionEnv(scenario)
+    for controller in (SlipPI(), "threshold"):
+        run = cl.run_scenario(scenario, controller, index=1, step=0.01, tolerance=1e-4)
+        policy = rl.ControllerPolicy(env, controller)
+        observed, info = env.reset(seed=1)
+        while env.time < 3.995:
+            observed, *_, info = env.step(policy(observed))
+        assert info["creepage"] == pytest.approx(run["creepage"][-1], rel=1e-6)
+
+
+def test_a_controller_that_does_not_fit_is_refused() -> None:
+    env = rl.TractionEnv(wet_patch(), sample_time=0.005)
+    with pytest.raises(ValueError, match=r"sample_time = 0\.005 of the environment must be the"):
+        rl.ControllerPolicy(env, "threshold")
+    with pytest.raises(ValueError, match="'nothing'"):
+        rl.ControllerPolicy(env, "nothing")
+    other = wet_patch()
+    mixed = [wet_patch(controllers={"x": other.controller(n)}) for n in ("threshold", "creep_pi")]
+    with pytest.raises(ValueError, match="'x' must be of one kind in all scenarios"):
+        rl.ControllerPolicy(rl.TractionVectorEnv(mixed, 2), "x")
+    assert np.all(env.reset(seed=0)[0][:2] == 0.0)
