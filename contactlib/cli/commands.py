@@ -267,3 +267,33 @@ def tune(
     folder = output or Path(f"contactlib-tune-{Path(scenario).stem}")
     write_tuning(loaded, controllers, folder, ConsoleReporter(), formats, trials, seeds)
     print_line(f"Settings, table and figure are in {folder}")
+
+
+@main.command()
+@click.option(
+    "--controller",
+    metavar="FILE.py:NAME",
+    help="Run FILE.py, and as well the controller of your own that it calls NAME, a class or an "
+    "object.",
+)
+@click.option("--small", is_flag=True, help="Run the small form: 24 runs for each, not 840.")
+@output_option("contactlib-benchmark", "Folder for benchmark.txt, benchmark.csv, benchmark.json.")
+def benchmark(controller: str | None, small: bool, output: Path) -> None:
+    """Score traction controllers in a fixed benchmark, so that publications can be compared.
+
+    Its version is part of every output: cite it with a score. All controllers run in six shipped
+    scenarios, with 14 sensor errors that they cannot correct and 10 sequences of noise for each.
+    The score of a run is the mean of limited and adhesion utilisation (see tune), zero if the run
+    fails; that of a controller is the mean over its runs, "+-" the standard error of this mean from
+    the noise, "spread" the standard deviation of the runs, and "minimum" the worst run.
+    """
+    from contactlib.cli.own_controller import load_controller
+    from contactlib.runs import benchmark as run_benchmark
+
+    own = {} if controller is None else dict([load_controller(controller)])
+    reporter = ConsoleReporter()
+    with reporter.countdown("Running the benchmark", Pace()) as progress:
+        found = run_benchmark(own, small=small, progress=progress)
+    print_line(found.table())
+    found.write(output)
+    print_line(f"The scores and every run are in {output}")

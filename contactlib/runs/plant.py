@@ -74,7 +74,7 @@ class ManyProfiles:
             if isinstance(profile, Profile) and len(set(profile.value)) == 1:
                 self._steady[places] = profile.value[0]
             else:
-                self._moving.append((profile, places))
+                self._moving.append((profile, np.array(places)))
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Values at times [s], shape (times, n)."""

@@ -231,11 +231,18 @@ def _outcomes(
                 tried.append((scenario, control))
                 places.append((row, place))
     whole = np.zeros((len(factors), len(cases), len(OBJECTIVE), len(index)))
-    limited, used = _run(tried, OBJECTIVE, index)
-    limited = np.where(np.isnan(limited), used, limited)  # friction never limits
-    for (row, place), *values in zip(places, limited, used, strict=True):
-        whole[row, place] = np.nan_to_num(np.stack(values))  # zero for a run that failed
+    for (row, place), *values in zip(places, *objectives(tried, index), strict=True):
+        whole[row, place] = values
     return whole
+
+
+def objectives(tried: Sequence[tuple[Scenario, Any]], index: Sequence[int]) -> FloatArray:
+    """The outcomes of `OBJECTIVE`, as a search counts them: shape (2, scenarios, noises).
+
+    Where friction never limits, the second counts twice; a run that failed counts as zero.
+    """
+    limited, used = _run(tried, OBJECTIVE, index)
+    return np.nan_to_num(np.stack([np.where(np.isnan(limited), used, limited), used]))
 
 
 def _run(
@@ -246,6 +253,19 @@ def _run(
     many = [case for case in cases for _ in index]
     found = run_many(many, "tried", names, index=list(index) * len(cases))
     return np.stack([found[name].reshape(len(cases), len(index)) for name in names])
+
+
+def all_errors(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
+    """The sensors of `erring`; in the last case none measures the vehicle speed."""
+    found = erring(sensors, sample_time)
+    found["speed of the wheels alone"] = replace(
+        sensors,
+        vehicle_speed_bias=0.0,
+        vehicle_speed_drift=0.0,
+        vehicle_speed_noise=0.0,
+        acceleration_limit=TRAIN,
+    )
+    return found
 
 
 def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
@@ -321,14 +341,7 @@ def sensor_errors(
     for place, scenario in enumerate(scenarios):
         for done, many in enumerate(controllers.values(), place * len(controllers)):
             control = many[place]
-            sensors = erring(scenario.sensors, control.sample_time)
-            sensors["speed of the wheels alone"] = replace(
-                scenario.sensors,
-                vehicle_speed_bias=0.0,
-                vehicle_speed_drift=0.0,
-                vehicle_speed_noise=0.0,
-                acceleration_limit=TRAIN,
-            )
+            sensors = all_errors(scenario.sensors, control.sample_time)
             labels = list(sensors)
             cases = [(replace(scenario, sensors=s), control) for s in sensors.values()]
             whole.append(_run(cases, OBJECTIVE[:1], index)[0])

@@ -27,6 +27,7 @@ from contactlib.cli.console import ConsoleReporter, Pace
 from contactlib.element import ProcessZoneWarning
 from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES
 from contactlib.files.reading import model_path
+from contactlib.runs import benchmarking
 
 
 @pytest.fixture(scope="module")
@@ -327,3 +328,18 @@ def test_warnings_are_lines_of_their_own(monkeypatch: pytest.MonkeyPatch) -> Non
         warnings.simplefilter("always")
         shown = call("warns")
     assert (shown.exit_code, shown.stderr) == (0, "warning: mind the gap\n")
+
+
+def test_benchmark_scores_a_controller_of_the_user_s_own_beside_the_shipped_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    extent = benchmarking.Extent(("torque_step",), ("as in the file",), 2)
+    monkeypatch.setattr(benchmarking, "SMALL", extent)
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text("from contactlib.traction import OpenLoop as Mine\n")
+    shown = done("benchmark", "--small", "--controller", "mine.py:Mine").output
+    table = Path("contactlib-benchmark", "benchmark.txt").read_text()
+    assert table in shown
+    assert table.startswith("contactlib benchmark 1 (small): 2 runs each\ncontroller  ")
+    assert [line.split()[0] for line in table.splitlines()[2:6]] == [*benchmarking.SHIPPED, "Mine"]
+    assert "--controller nothing" in refused("benchmark", "--controller", "nothing")
