@@ -20,11 +20,12 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 import contactlib as cl
+import contactlib.rl
 import contactlib.stability.control_systems
 import contactlib.stability.torsion
 
 ROOMS = [name for name in dir(cl) if isinstance(getattr(cl, name), ModuleType)]
-MODULES = [*ROOMS, "stability.torsion", "stability.control_systems"]
+MODULES = [*ROOMS, "rl", "stability.torsion", "stability.control_systems"]
 LOGGER = logging.getLogger(__name__)
 
 

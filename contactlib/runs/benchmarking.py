@@ -1,7 +1,7 @@
 """The benchmark of traction controllers: fixed scenarios, sensor errors, noise and one number.
 
 Every controller runs in every scenario with every sensor error of `all_errors`, under the same
-sequences of noise, none of which `tune` has seen. The score of a run is the mean of limited and
+sequences of noise, which `tune` has not seen. The score of a run is the mean of limited and
 adhesion utilisation, which `tune` maximises as well; where friction never limits it is the latter,
 and zero for a run that failed. The score of a controller is the mean over all of its runs.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import os
@@ -334,7 +335,9 @@ def test_benchmark_scores_a_controller_of_the_user_s_own_beside_the_shipped_ones
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     extent = benchmarking.Extent(("torque_step",), ("as in the file",), 2)
+    scenario = dataclasses.replace(cl.load_scenario("torque_step.toml"), duration=5.0)
     monkeypatch.setattr(benchmarking, "SMALL", extent)
+    monkeypatch.setattr(benchmarking, "load_scenario", lambda _: scenario)
     monkeypatch.chdir(tmp_path)
     Path("mine.py").write_text("from contactlib.traction import OpenLoop as Mine\n")
     shown = done("benchmark", "--small", "--controller", "mine.py:Mine").output
