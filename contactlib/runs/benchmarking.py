@@ -32,7 +32,7 @@ from contactlib.runs.tuning import OBJECTIVE, UNSEEN, all_errors, objectives
 from contactlib.traction.interface import Controller, checked_controller
 
 VERSION = 1
-SAMPLE_TIME = 0.01  # by one and two of which the measurement may be late [s]
+SAMPLE_TIME = 0.01  # the errors delay the measurement by one or two of these [s]
 SHIPPED = ("threshold", "creep_pi", "slope_seeking")
 
 
