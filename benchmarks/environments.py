@@ -20,7 +20,7 @@ UNTIL = 10.0  # [s]
 def rate(envs: TractionVectorEnv, controller: str | None) -> float:
     """Wheelset-steps per second: under a controller, or at 60 % of the demand."""
     policy = None if controller is None else ControllerPolicy(envs, controller)
-    actions = np.full(envs.action_space.shape, 0.6)
+    actions = np.full((envs.num_envs, 1), 0.6)
     observations, _ = envs.reset(seed=0)
     steps, spent = 0, 0.0
     while envs.time < UNTIL:
@@ -35,6 +35,6 @@ def rate(envs: TractionVectorEnv, controller: str | None) -> float:
 
 if __name__ == "__main__":
     with one_core():
-        many = TractionVectorEnv("dry_wet_dry.toml", int((*sys.argv, 10_000)[1]))
+        many = TractionVectorEnv("dry_wet_dry.toml", int(sys.argv[1]) if sys.argv[1:] else 10_000)
         for name in (None, "threshold", "creep_pi", "slope_seeking"):
             print(f"{name or '60 % of the demand'}: {rate(many, name):,.0f} wheelset-steps per s")

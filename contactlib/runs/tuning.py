@@ -242,7 +242,7 @@ def objectives(tried: Sequence[tuple[Scenario, Any]], index: Sequence[int]) -> F
     Where friction never limits, the second counts twice; a run that failed counts as zero.
     """
     limited, used = _run(tried, OBJECTIVE, index)
-    return np.nan_to_num(np.stack([np.where(np.isnan(limited), used, limited), used]))
+    return np.asarray(np.nan_to_num([np.where(np.isnan(limited), used, limited), used]))
 
 
 def _run(
