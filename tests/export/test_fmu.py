@@ -363,6 +363,33 @@ def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
     assert run(0.98 * float(found[1])) == []
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_setters_set_states_in_continuous_time_mode_alone(
+    locomotive: cl.Model, tmp_path: Path, version: int
+) -> None:
+    folder = exported(locomotive, tmp_path, "wheelset-memory", version)
+    description = Description(with_memory(locomotive), "wheelset")
+    names = [v.name for v in description.of_role("state")]
+    read = [v.name for v in description.of_role("output", "derivative", "indicator")]
+    state = (20.25, 10.0, 0.2, 0.6, 0.01)[: len(names)]
+    found = []
+    for by_name in (True, False):
+        with Instance(folder, exchange=True).start(drive_torque=2e4) as tool:
+            getattr(tool.fmu, {2: "newDiscreteStates", 3: "updateDiscreteStates"}[version])()
+            tool.fmu.enterContinuousTimeMode()
+            if by_name:
+                tool.set(**dict(zip(names, state, strict=True)))
+            else:
+                tool.fmu.setContinuousStates((ctypes.c_double * len(state))(*state), len(state))
+            assert tool.get(*names) == list(state)
+            found.append([value.hex() for value in tool.get(*read)])
+    assert found[0] == found[1]
+    for exchange in (True, False):  # event mode and co-simulation
+        tool = Instance(folder, exchange=exchange).start()
+        with tool, tool.refused("omega cannot be set after initialization", status=3):
+            tool.set(omega=20.25)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
