@@ -54,7 +54,8 @@ def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
 
     The folder then holds ``contactlib.c``, ``contactlib.h`` and ``example.c``. The code is C99 and
     C++, reads no file, allocates nothing, and gives the numbers of the model's force element FMU.
-    ``package.mo`` calls it from Modelica, and ``contactlib_sfun.c`` from Simulink.
+    ``package.mo`` calls it from Modelica, ``contactlib_sfun.c`` from Simulink, and
+    ``Contactlib.cs`` from C#.
 
     Parameters
     ----------
@@ -101,6 +102,7 @@ def kernel_files(description: Description) -> dict[str, str]:
         "version": version(),
         "carriers": description.carriers,
         "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
+        "csharp": _csharp(),
         "structs": structs.replace("MIN_FRICTION_SCALE", smallest[0]),
         "kernel": sources,
         "data": _data(description),
@@ -149,6 +151,23 @@ def _lines(name: str, seen: set[str]) -> Iterator[str]:
         elif included[1] not in seen:
             seen.add(included[1])
             yield from [line] if "<" in line else _lines(included[1], seen)
+
+
+def _csharp() -> str:
+    """The structs in C#. They are doubles throughout, so that nothing is copied in a call."""
+    found = []
+    for name in ("force_element_parameters", "force_element_input", "force_element_output"):
+        text = f"public double {', '.join(field for field, _ in kernel.ffi.typeof(name).fields)};"
+        indents = {"initial_indent": 8 * " ", "subsequent_indent": 12 * " "}
+        members = "\n".join(wrap(text, 98, **indents))
+        public = name.removeprefix("force_element_").capitalize()
+        found.append(f"    public struct {public} {{\n{members}\n    }}\n")
+    size = kernel.ffi.sizeof("slip_memory")
+    layout = f"[StructLayout(LayoutKind.Sequential, Size = {size})]"
+    found.append(
+        f"    {layout}\n    public struct Memory {{\n        public double known;\n    }}\n"
+    )
+    return "\n".join(found)
 
 
 # ---- the model -----------------------------------------------------------------------------------

@@ -95,6 +95,12 @@ def folders(
     return {name: cl.export_kernel(model, folder / name) for name, model in models.items()}
 
 
+def declarations(folder: Path) -> str:
+    """What the header declares."""
+    header = (folder / "contactlib.h").read_text(encoding="ascii")
+    return re.sub(r"/\*.*?\*/|^#ifdef __cplusplus.*?^#endif|^#.*?$", "", header, flags=RULES)
+
+
 class Library:
     """The C file of a folder as a library, with what its header declares."""
 
@@ -102,10 +108,8 @@ class Library:
         path = folder / "library.so"
         if not path.exists():
             run(*command, "-shared", "-fPIC", folder / "contactlib.c", "-lm", "-o", path)
-        header = (folder / "contactlib.h").read_text(encoding="ascii")
-        bare = re.sub(r"/\*.*?\*/|^#ifdef __cplusplus.*?^#endif|^#.*?$", "", header, flags=RULES)
         self.ffi: Any = FFI()
-        self.ffi.cdef(bare)
+        self.ffi.cdef(declarations(folder))
         self.c: Any = self.ffi.dlopen(str(path))
         self.element: Any = self.ffi.new("contactlib_element *")
         self.start()
@@ -299,27 +303,39 @@ def test_fast_mathematics_are_refused(folders: dict[str, Path], tmp_path: Path) 
     assert "compile it without -ffast-math" in done.stderr
 
 
-@pytest.mark.tools
-def test_the_example_slips_away(folders: dict[str, Path], models: dict[str, cl.Model]) -> None:
+@pytest.fixture(scope="module")
+def printed(folders: dict[str, Path]) -> dict[str, str]:
+    """What the example prints with each folder's file, which becomes a library there."""
+    found = {}
     for name, folder in folders.items():
-        program = folder / "example"
-        run(
-            *compiler("gcc"),
-            "-std=c99",
-            "-O2",
-            folder / "example.c",
-            folder / "contactlib.c",
-            "-lm",
-            "-o",
-            program,
-        )
-        rows = [list(map(float, line.split())) for line in run(program).splitlines()[1:]]
+        library, program = folder / "libcontactlib.so", folder / "example"
+        command = (*compiler("gcc"), "-std=c99", "-O2", "-ffp-contract=off")
+        run(*command, "-shared", "-fPIC", folder / "contactlib.c", "-lm", "-o", library)
+        run(*command, folder / "example.c", library, f"-Wl,-rpath,{folder}", "-o", program)
+        found[name] = run(program)
+    return found
+
+
+@pytest.mark.tools
+def test_the_example_slips_away(printed: dict[str, str], models: dict[str, cl.Model]) -> None:
+    for name, text in printed.items():
+        rows = [list(map(float, line.split())) for line in text.splitlines()[1:]]
         forces = [row[-1] for row in rows]
         assert rows[0][3] < 0.1 < 1.0 < rows[-1][3]
         assert max(forces) > 1.1 * forces[-1]
         element = replace(models[name].wheelset.element, wheels=1.0)
         steady = element.force(omega=rows[-1][2], speed=models[name].initial_speed)
         assert forces[-1] == pytest.approx(steady, rel=1e-3)
+
+
+@pytest.mark.tools
+def test_the_example_in_c_sharp_prints_the_same(
+    folders: dict[str, Path], printed: dict[str, str]
+) -> None:
+    for name, folder in folders.items():
+        program = folder / "Contactlib.exe"
+        run(*compiler("mcs"), "-warnaserror", f"-out:{program}", folder / "Contactlib.cs")
+        assert run(*compiler("mono"), program) == printed[name]
 
 
 @pytest.mark.tools
@@ -356,7 +372,7 @@ def test_a_mistake_is_named_and_changes_nothing(
         assert library.bytes == before
 
 
-# ---- from Modelica and Simulink ------------------------------------------------------------------
+# ---- from Modelica, Simulink and C# --------------------------------------------------------------
 
 MODELICA = """
 #include <stdarg.h>
@@ -421,6 +437,19 @@ EXPORTED const char *step(const double *in, double *out) {
 }
 EXPORTED void end(void) { mdlTerminate(&block); }
 """
+
+
+def test_structs_in_c_sharp_have_the_members_of_the_header(folders: dict[str, Path]) -> None:
+    folder = folders["locomotive"]
+    text = (folder / "Contactlib.cs").read_text(encoding="ascii")
+    structs = dict(re.findall(r"public struct (\w+) \{(.*?)\}", text, RULES))
+    ffi: Any = FFI()
+    ffi.cdef(declarations(folder))
+    for name in ("Parameters", "Input", "Output", "Element"):
+        fields = ffi.typeof(f"contactlib_{name.lower()}").fields
+        declared = re.sub(r"public \w+", "", structs[name])
+        assert re.findall(r"\w+", declared) == [field for field, _ in fields]
+    assert f"Size = {ffi.sizeof('contactlib_memory')})" in text
 
 
 def test_what_calls_the_files_has_the_model_s_numbers(
