@@ -3,7 +3,9 @@
  * A wheel is driven over the peak and back by a torque that swings, under a load, a friction and
  * a lateral motion that change at each step. Prints the minimum, median, 99.9th percentile and
  * maximum time of a step in microseconds; and the maximum if each step counts with the minimum of
- * its times in all repetitions, which leaves out what the system did in between. */
+ * its times in all repetitions, which leaves out what the system did in between. Then, for a
+ * limited number of substeps, the 99.9th percentile and maximum of the force's error over the
+ * friction force, against a step without limit from the same state. */
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +15,7 @@
 #include "contactlib.h"
 
 enum { STEPS = 1000000, REPETITIONS = 3 };
-static double once[STEPS], smallest[STEPS];
+static double once[STEPS], smallest[STEPS], errors[STEPS];
 
 static double now(void) {
     struct timespec t;
@@ -27,10 +29,18 @@ static double random_number(unsigned *state) {
     return 2.0 * (double)*state / 4294967296.0 - 1.0;
 }
 
-static void run(double step, double implicit, const double memory[4], double *times) {
+static void make_step(contactlib_element *wheel, double step) {
+    const char *error = contactlib_step(wheel, step, CONTACTLIB_TOLERANCE);
+    if (error == NULL) return;
+    fprintf(stderr, "%s\n", error);
+    exit(1);
+}
+
+static void run(double step, double implicit, const double memory[4], double max_substeps) {
     contactlib_element wheel;
     contactlib_start(&wheel);
     wheel.implicit = implicit;
+    wheel.max_substeps = max_substeps;
     wheel.contact.relaxation_length = memory[0];
     wheel.contact.lateral_relaxation_length = memory[1];
     wheel.contact.standing_stiffness = memory[2];
@@ -45,12 +55,15 @@ static void run(double step, double implicit, const double memory[4], double *ti
         wheel.input.friction_scale = i / 3000 % 5 == 4 ? 0.2 : 1.0 + 0.1 * random_number(&state);
         wheel.input.lateral_velocity = 1e-3 * speed * random_number(&state);
         wheel.input.spin_velocity = 0.2 * speed * random_number(&state);
+        contactlib_element free = wheel;
         double begin = now();
-        const char *error = contactlib_step(&wheel, step, CONTACTLIB_TOLERANCE);
-        times[i] = now() - begin;
-        if (error != NULL) {
-            fprintf(stderr, "%s\n", error);
-            exit(1);
+        make_step(&wheel, step);
+        once[i] = now() - begin;
+        if (max_substeps > 0.0) {
+            free.max_substeps = 0.0;
+            make_step(&free, step);
+            errors[i] = fabs(wheel.output.creep_force - free.output.creep_force) /
+                        (wheel.contact.static_friction * wheel.input.normal_load);
         }
         wheel.input.omega += step * (torque + wheel.output.wheel_torque) / inertia;
     }
@@ -62,17 +75,19 @@ static int compare(const void *a, const void *b) {
 }
 
 int main(int count, char **argument) {
-    if (count != 7) return 2;
+    if (count != 8) return 2;
     double step = atof(argument[1]), implicit = atof(argument[2]);
     double memory[4] = {atof(argument[3]), atof(argument[4]), atof(argument[5]), atof(argument[6])};
     for (int k = 0; k < REPETITIONS; k++) {
-        run(step, implicit, memory, once);
+        run(step, implicit, memory, atof(argument[7]));
         for (int i = 0; i < STEPS; i++)
             smallest[i] = k == 0 || once[i] < smallest[i] ? once[i] : smallest[i];
     }
     qsort(once, STEPS, sizeof *once, compare);
     qsort(smallest, STEPS, sizeof *smallest, compare);
-    printf("%.3f %.3f %.3f %.3f %.3f\n", once[0], once[STEPS / 2], once[STEPS - STEPS / 1000],
-           once[STEPS - 1], smallest[STEPS - 1]);
+    qsort(errors, STEPS, sizeof *errors, compare);
+    printf("%.3f %.3f %.3f %.3f %.3f %.2g %.2g\n", once[0], once[STEPS / 2],
+           once[STEPS - STEPS / 1000], once[STEPS - 1], smallest[STEPS - 1],
+           errors[STEPS - STEPS / 1000], errors[STEPS - 1]);
     return 0;
 }

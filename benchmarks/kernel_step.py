@@ -16,10 +16,11 @@ import contactlib as cl
 from contactlib import kernel
 from contactlib.base.writing import package_folder
 
-MODES = {  # whether the force is implicit and the contact has memory
-    "implicit": (True, False),
-    "implicit, memory": (True, True),
-    "memory": (False, True),
+MODES = {  # whether the force is implicit and the contact has memory; largest number of substeps
+    "implicit": (True, False, 0),
+    "implicit, limited": (True, False, 3),
+    "implicit, memory": (True, True, 0),
+    "memory": (False, True, 0),
 }
 STEP = "1e-3"  # [s]
 
@@ -35,21 +36,25 @@ def compiled(model: cl.Model, scratch: Path) -> Path:
 
 
 def times(program: Path, element: cl.ForceElement, mode: str) -> list[float]:
-    """Minimum, median, 99.9th percentile, maximum, and maximum of the minimum times [us]."""
-    implicit, memory = MODES[mode]
+    """Minimum, median, 99.9th percentile, maximum, and maximum of the minimum times [us].
+
+    Then the 99.9th percentile and maximum of the force's error by the limit, over friction.
+    """
+    implicit, memory, limit = MODES[mode]
     numbers = [float(implicit), *(memory * v for v in element.memory_parameters.values())]
-    command = [str(program), STEP, *map(repr, numbers)]
+    command = [str(program), STEP, *map(repr, numbers), str(limit)]
     return list(map(float, subprocess.check_output(command, text=True).split()))
 
 
 if __name__ == "__main__":
-    print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of min")
+    print(f"{'steps of 1 ms [us]':38}     min  median   99.9%     max  max of min and errors")
     for name in sys.argv[1:] or ["roller_rig.toml", "locomotive.toml"]:
         with tempfile.TemporaryDirectory() as scratch:
             model = cl.load_model(name)
             program = compiled(model, Path(scratch))
             for mode in MODES:
                 row = " ".join(
-                    f"{value:7.2f}" for value in times(program, model.wheelset.element, mode)
+                    f"{value:7.2g}" if value < 0.1 else f"{value:7.2f}"
+                    for value in times(program, model.wheelset.element, mode)
                 )
                 print(f"{name:18}{mode:20} {row}")

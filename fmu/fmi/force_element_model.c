@@ -162,6 +162,7 @@ static void begin_slip_step(const model_values *v, double step, double tolerance
     task->input.omega = (start + v->input.speed) / radius;
     task->tolerance = tolerance;
     task->substep = v->substep;
+    task->max_substeps = v->max_substeps;
     s->begin = radius * task->input.omega - v->input.speed;
     s->acceleration = a;
     s->memory = memory;
@@ -254,6 +255,7 @@ static const char *advance_memories(const creep_table *table, model_values *valu
         tasks[i].contact = &values[i].contact;
         tasks[i].input = values[i].input;
         tasks[i].tolerance = tolerance;
+        tasks[i].max_substeps = values[i].max_substeps;
     }
     const char *error = wheelset_advance_many(table, tasks, n, step, failed);
     for (size_t i = 0; i < n && error == NULL; i++) {

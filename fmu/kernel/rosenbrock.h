@@ -222,6 +222,7 @@ typedef struct {
     lanes left;  /* rest of the step [s]; a lane with no rest keeps its y */
     lanes h;     /* length to try next [s], above zero */
     lanes count; /* number of substeps */
+    lanes error; /* relative size of the last one's, as the equations measure it */
     matrix j;    /* starts as zero where the rates do not set it */
 } integration;
 
@@ -260,6 +261,7 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
         s->h[l] = runs ? next_step : s->h[l];
         s->left[l] = taking ? rest : s->left[l];
         s->count[l] += 1.0;
+        s->error[l] = ratio[l];
         taken[l] = taking ? 1.0 : 0.0;
     }
     for (int i = 0; i < p->rows; i++) {

@@ -31,10 +31,21 @@ static double held_tolerance(double required, double count) {
                                         : fmax(required, 1e-1);
 }
 
+/* Finish a step in a number of equal substeps, whose errors are not controlled. */
+static const char *advance_evenly(const equations *problem, integration *run, double number,
+                                  double *tolerance) {
+    for (double length = run->left[0] / number; number > 0.0; number -= 1.0) {
+        run->h[0] = length;
+        rosenbrock_substep(problem, run, INFINITY);
+        *tolerance = larger(*tolerance, run->error[0]);
+    }
+    return run->left[0] > 0.0 ? "a state is not finite" : NULL;
+}
+
 /* Advance a run by a step; see wheelset_advance. */
 static const char *advance(const equations *problem, integration *run, double step,
-                           double *tolerance, double *substep) {
-    double held = *tolerance;
+                           double *tolerance, double *substep, double limit) {
+    double held = *tolerance, last = INFINITY;
     run->left[0] = step;
     run->h[0] = *substep > 0.0 ? *substep : step;
     run->count[0] = 0.0;
@@ -43,6 +54,12 @@ static const char *advance(const equations *problem, integration *run, double st
             *substep = step - run->left[0];
             return "the tolerance is not met within 100000 substeps";
         }
+        double more = limit - run->count[0], last_ones = run->left[0] == last ? 2.0 : 1.0;
+        if (limit > 0.0 && (more <= last_ones || run->h[0] * more < run->left[0])) {
+            *substep = step; /* the next one may be easier */
+            return advance_evenly(problem, run, more, tolerance);
+        }
+        last = run->left[0];
         held = held_tolerance(*tolerance, run->count[0]);
         rosenbrock_substep(problem, run, held);
     }
@@ -59,7 +76,8 @@ const char *wheelset_advance(const creep_table *table, wheelset_task *task, doub
     put(m.contact.in, 0, FIELDS(force_element_input), (const double *)&task->input);
     load_motion(&m, run.y, 0, task);
     equations problem = motion_equations(&m);
-    const char *error = advance(&problem, &run, step, &task->tolerance, &task->substep);
+    const char *error =
+        advance(&problem, &run, step, &task->tolerance, &task->substep, task->max_substeps);
     if (error == NULL) store_motion(run.y, 0, &task->input);
     return error;
 }

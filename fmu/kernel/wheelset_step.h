@@ -14,12 +14,14 @@ typedef struct {
     double drive_torque;             /* held over the step [N.m] */
     double resistance_force;         /* likewise [N] */
     force_element_input input;       /* velocities and memory are the state, the rest is held */
-    double tolerance; /* returns the one that was held, larger after very many substeps [1] */
-    double substep;   /* length to try first (0: not known); returns the one to try next [s] */
+    double tolerance;    /* returns the one that was held, larger after very many substeps [1] */
+    double substep;      /* length to try first (0: not known); returns the one to try next [s] */
+    double max_substeps; /* 0: as many as the tolerance needs; see wheelset_advance */
 } wheelset_task;
 
 /* Advance the state by one step. Returns NULL, or why the step failed; the state is then
- * unchanged. */
+ * unchanged. Where max_substeps cannot meet the tolerance, those that are left divide the rest of
+ * the step evenly, and the tolerance returns their largest estimated error. */
 CONTACTLIB_API const char *wheelset_advance(const creep_table *table, wheelset_task *task,
                                             double step);
 

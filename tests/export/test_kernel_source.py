@@ -282,6 +282,38 @@ def test_it_gives_the_bits_of_the_fmu(
 
 
 @pytest.mark.tools
+def test_a_limit_of_substeps_leaves_easy_steps_alone_and_estimates_the_error_of_others(
+    library: Library,
+) -> None:
+    library.start()
+    radius, load = library.get("radius", "normal_load")
+    friction = library.get("static_friction")[0] * load
+    inertia = radius**2 / library.get("effective_inverse_mass")[0]
+    errors: dict[float, list[float]] = {1.0: [], 3.0: [], 1e5: []}
+    limited = dict.fromkeys(errors, 0)
+    for i in range(400):
+        library.set(friction_scale=0.2 if i // 50 % 2 else 1.0)
+        before = library.bytes
+        for limit, found in errors.items():
+            library.set(max_substeps=limit)
+            assert library.step(1e-3) == ""
+            force, held = library.get("creep_force", "held_tolerance")
+            limited[limit] += held > 1e-6
+            library.ffi.memmove(library.element, before, len(before))
+            assert library.step(1e-3) == ""
+            exact, torque = library.get("creep_force", "wheel_torque")
+            found.append(abs(force - exact) / friction)
+            if held == 1e-6:
+                assert found[-1] < 1e-6
+            if limit < 1e5:
+                library.ffi.memmove(library.element, before, len(before))
+        torque += 0.4 * friction * radius * (1.0 + 0.5 * math.sin(0.1 * i))
+        library.set(omega=library.get("omega")[0] + 1e-3 * torque / inertia)
+    assert limited[1.0] > limited[3.0] > limited[1e5] == max(errors[1e5]) == 0.0
+    assert max(errors[3.0]) < 0.2 * max(errors[1.0])
+
+
+@pytest.mark.tools
 @pytest.mark.parametrize("name", ["gcc", "clang"])
 def test_another_compiler_gives_the_same_numbers(
     library: Library, models: dict[str, cl.Model], tmp_path: Path, name: str
@@ -356,6 +388,7 @@ def test_the_example_in_c_sharp_prints_the_same(
         ),
         ({"kinetic_friction": 2.0}, (1e-3,), "static_friction must be at least kinetic_friction"),
         ({"effective_inverse_mass": 0.0}, (1e-3,), "effective_inverse_mass must be from 1e-12"),
+        ({"max_substeps": 0.5}, (1e-3,), "max_substeps must be 0 or from 1 to 100000"),
         ({}, (math.nan,), "step must be finite and above zero"),
     ],
 )
@@ -367,7 +400,7 @@ def test_a_mistake_is_named_and_changes_nothing(
     before = library.bytes
     assert re.match(message, library.step(*step))
     assert library.bytes == before
-    if values and "effective_inverse_mass" not in values:
+    if values and not {"effective_inverse_mass", "max_substeps"} & values.keys():
         assert re.match(message, library.force())
         assert library.bytes == before
 

@@ -22,7 +22,7 @@ public static class Contactlib {
         public Output output;
         public double step_size_hint;
         public Memory memory;
-        public double substep, held_tolerance;
+        public double substep, held_tolerance, max_substeps;
     }
 
     /// Fill in parameters and inputs of the model.

@@ -54,6 +54,8 @@ static const char *wrong_step(const contactlib_element *e, double step, double t
     if (error == NULL) error = wrong_input(&e->input);
     if (error != NULL) return error;
 @limits_e@
+    if (!(e->max_substeps == 0.0 || (e->max_substeps >= 1.0 && e->max_substeps <= MAX_SUBSTEPS)))
+        return "max_substeps must be 0 or from 1 to 100000";
     if (!(step > 0.0 && step < INFINITY)) return "step must be finite and above zero";
     if (!(tolerance >= 1e-10 && tolerance <= 1e-2)) return "tolerance must be from 1e-10 to 1e-2";
     return NULL;

@@ -41,7 +41,10 @@ typedef struct {
     contactlib_memory memory; /* of the steps before; the caller leaves it alone */
     double substep;           /* likewise */
     double held_tolerance;    /* that of the last implicit step: larger than the given one if the
-                                 wheel swings too often on its contact to be followed */
+                                 wheel swings too often on its contact to be followed, or if
+                                 max_substeps could not meet it; then the estimated error */
+    double max_substeps;      /* largest number of the integrator's substeps in a step, for a
+                                 bounded time; 0, as at the start: as the tolerance needs */
 } contactlib_element;
 
 /* Relative tolerance of the slip over an implicit step, the default of an FMU. */
