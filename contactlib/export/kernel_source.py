@@ -158,8 +158,7 @@ def _csharp() -> str:
     found = []
     for name in ("force_element_parameters", "force_element_input", "force_element_output"):
         text = f"public double {', '.join(field for field, _ in kernel.ffi.typeof(name).fields)};"
-        indents = {"initial_indent": 8 * " ", "subsequent_indent": 12 * " "}
-        members = "\n".join(wrap(text, 98, **indents))
+        members = "\n".join(wrap(text, 98, initial_indent=8 * " ", subsequent_indent=12 * " "))
         public = name.removeprefix("force_element_").capitalize()
         found.append(f"    public struct {public} {{\n{members}\n    }}\n")
     size = kernel.ffi.sizeof("slip_memory")

@@ -466,7 +466,7 @@ def test_casadi_reads_derivatives_and_their_exact_jacobian(
     locomotive: cl.Model, tmp_path: Path, version: int
 ) -> None:
     casadi = module("casadi")
-    settings = {"kind": "wheelset", "fmi_version": version, "booleans": False}
+    settings: dict[str, Any] = {"kind": "wheelset", "fmi_version": version, "booleans": False}
     fmu = cl.export_fmu(locomotive, tmp_path / "wheelset.fmu", **settings)
     dae = casadi.DaeBuilder("wheelset", str(fmu))
     # Other derivatives of CasADi 3.8.2 are wrong: see docs/howto/optimal_control.md.

@@ -219,6 +219,7 @@ static void test_steps(const creep_table *table, const force_element_parameters 
                       .held_traction = random_unit() - 0.5,
                       .unslipped = random_unit()},
             .tolerance = 1e-3,
+            .max_substeps = i % 4, /* none, or too few */
         };
         const force_element_input before = task.input, *after = &task.input;
         const char *error = wheelset_advance(table, &task, random_exponent(-6.0, -1.0));
