@@ -191,7 +191,8 @@ def benchmark(
     Raises
     ------
     ValueError
-        If a controller is none, has the name of a shipped one, or cannot have the sensors' delay.
+        If a controller is invalid, has the name of a shipped one, or cannot have the sensors'
+        delay.
     RuntimeError
         If a controller of your own raises an error.
 

@@ -79,8 +79,8 @@ typedef struct {
     void (*tangent)(const creep_table *table, const model_values *values,
                     const model_values *direction, model_values *change);
     /* Step the states of n wheels, and outputs that belong to a step, to the next communication
-     * point with the inputs held. Returns NULL, or why the step failed and of which wheel; values
-     * are then unchanged, but for its substep, which is the longest step that could be made. */
+     * point with the inputs held. Returns NULL, or why the step failed; `failed` is then the index
+     * of the wheel, and values are unchanged but for its substep, the longest possible step. */
     const char *(*advance)(const creep_table *table, model_values *values, size_t n, double step,
                            double tolerance, size_t *failed);
 } model;
