@@ -11,6 +11,7 @@ import click
 
 from contactlib.cli.console import (
     ConsoleReporter,
+    Whole,
     complain,
     drawing_options,
     in_unit,
@@ -135,7 +136,7 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 )
 @click.option(
     "--wheels",
-    type=int,
+    type=Whole(1, 32),
     default=1,
     help="Number of wheels, or of wheelsets, that one FMU steps side by side. Default: 1.",
 )

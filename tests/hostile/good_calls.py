@@ -505,8 +505,8 @@ EXEMPT: dict[str, str] = {
         (
             "CreepControl.start",
             *("TorqueControl.start", "Wheelset.rates", "KernelSource.exchange"),
-            *("RailState.friction", "RailState.slide"),
             "FmuSource.exchange",
+            "RailState.friction",
         ),
         EVERY_STEP,
     ),
