@@ -297,6 +297,7 @@ class Track:
 
 
 CELL = 0.1  # length of rail with one friction [m]
+LONGEST = 1e5  # stretch of rails whose cleaning is known [m]
 
 
 class RailState:
@@ -312,7 +313,8 @@ class RailState:
     distance : ndarray
         Distances of the axles at the start, the leading one first, shape (n,) [m].
     reach : float
-        Distance that no axle comes to, at least that of the leading one [m].
+        Distance that no axle comes to, at least that of the leading one, and at most 100 km from
+        the last one [m].
 
     Attributes
     ----------
@@ -323,7 +325,8 @@ class RailState:
     def __init__(self, track: Track, distance: FloatArray, reach: float) -> None:
         distance = checked("distance", distance, FINITE)
         self._track, self._start = track, float(distance.min()) - 1.0
-        reach = checked_number("reach", reach, Limits(at_least=float(distance.max())))
+        least, most = float(distance.max()), float(distance.min()) + LONGEST
+        reach = checked_number("reach", reach, Limits(at_least=least, at_most=most))
         cells = int((reach - self._start) / CELL) + 2
         self._work = np.zeros((cells, len(distance), 2))  # [J/m]
         self._last = self._cells(distance)
