@@ -156,7 +156,7 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
         "models": (".toml", ".csv", ".png", ".md", ".py"),
         "table/data": (".bin",),
         "files/templates": (".toml",),
-        "export/assets": (".html", ".css", ".svg", ".png", ".txt", ".c", ".h", ".mo"),
+        "export/assets": (".html", ".css", ".svg", ".png", ".txt", ".c", ".cs", ".h", ".mo"),
     }
     for folder, suffixes in kinds.items():
         source = folder if folder in FOLDERS else f"contactlib/{folder}"
