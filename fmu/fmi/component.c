@@ -714,7 +714,7 @@ result component_derivative(component *self, int adjoint, const unsigned *unknow
         check_references(self, knowns, known_count, 0) != RESULT_OK)
         return RESULT_ERROR;
     size_t elements = component_total_size(self, unknowns, unknown_count), place = 0;
-    if (elements > MAX_VARIABLES * MAX_WHEELS) return check_count(self, "unknowns", elements, 0);
+    if (elements > MAX_VARIABLES * self->wheels) return check_count(self, "unknowns", elements, 0);
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     model_values direction[MAX_WHEELS];
     memset(direction, 0, self->wheels * sizeof *direction);

@@ -106,14 +106,15 @@ static inline void token_of(const char *name, char token[PATH_LENGTH]) {
 /* Parameters, inputs and states hold what a tool could have set, after any call whatever. */
 static inline void check_values(const component *core) {
     const model *m = core->model;
-    for (size_t i = 0; i < m->count; i++) {
-        const model_variable *v = &m->variables[i];
-        double value = model_get(v, &core->now.values);
+    for (size_t i = 0; i < m->count * core->wheels; i++) {
+        const model_variable *v = &m->variables[i / core->wheels];
+        const model_values *values = &core->now->values[i % core->wheels];
+        double value = model_get(v, values);
         if (v->role == INDEPENDENT) MUST(isfinite(value));
         if (v->role == OUTPUT || v->role == INDEPENDENT || v->role == DERIVATIVE ||
             v->role == INDICATOR)
             continue;
-        if (!model_has(v, &core->now.values)) continue;
+        if (!model_has(v, values)) continue;
         if (!(value >= v->minimum && value <= v->maximum))
             fprintf(stderr, "%s = %g\n", v->name, value);
         MUST(value >= v->minimum && value <= v->maximum);

@@ -69,21 +69,21 @@ DEFECTS = {
     "range of start values": (
         "start_values",
         "component.c",
-        "return misplaced(m, values, values) == NULL ? NULL",
-        "return values != NULL ? NULL",
+        "if (misplaced(m, &self->start[w], &self->start[w]) != NULL)",
+        "if (m == NULL)",
     ),
     "contents of a saved state": (
         "fmi",
         "component.c",
-        "if (!is_possible(self, &state))",
-        "if (!is_possible(self, &state) && size == 0)",
+        "is_possible(self, state) ? keep",
+        "(is_possible(self, state) || size > 0) ? keep",
     ),
     "several values are set or none": (
         "fmi",
         "fmi_calls.h",
-        "status = component_check(core, references[i], boolean, to_double);",
-        "if ((status = component_check(core, references[i], boolean, to_double)) == "
-        "RESULT_OK) component_put(core, references[i], to_double);",
+        "status = component_check(core, references[i], k, boolean, to_double);",
+        "if ((status = component_check(core, references[i], k, boolean, to_double)) == "
+        "RESULT_OK) component_put(core, references[i], k, to_double);",
     ),
 }
 
