@@ -159,11 +159,12 @@ static int call_deserialize(program *p, fuzz_input *in) {
     unsigned char *bytes = room(size, 1);
     if (size > 0) memcpy(bytes, p->bytes, size);
     for (unsigned i = 0; i < changes; i++) {
-        size_t at = CHECKED_FILE_FRAME + TOKEN_SIZE + 8 * (size_t)take_byte(in);
+        size_t at = CHECKED_FILE_FRAME + TOKEN_SIZE + offsetof(component_state, values);
+        at += 8 * (size_t)take_byte(in);
         double number = take_number(in);
         if (at + sizeof number <= size) memcpy(bytes + at, &number, sizeof number);
     }
-    if (how & 1 && size >= CHECKED_FILE_FRAME) checked_file_frame(bytes, size, "CREEPSTA", 1);
+    if (how & 1 && size >= CHECKED_FILE_FRAME) checked_file_frame(bytes, size, "CREEPSTA", 2);
     int status = v->deserialize(p->instance, bytes, size, &p->slots[take_byte(in) % SLOTS]);
     free(bytes);
     return status;

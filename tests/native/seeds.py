@@ -145,6 +145,9 @@ def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
     for number, name in enumerate(EXPORTS):
         data = (resources / name / "start_values.bin").read_bytes()
         found["start_values"][name] = bytes([number, 1, 0]) + data
+        frame = 24 + 16  # before the first value, after the number of wheels and of its values
+        huge = data[:frame] + struct.pack("<d", 1e9) + data[frame + 8 :]
+        found["start_values"][f"{name}-huge"] = bytes([number, 1, 0]) + huge
     place = b"file:///no%20such/folder"
     cell = tables()["one_cell"]
     found["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
