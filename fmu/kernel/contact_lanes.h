@@ -2,10 +2,8 @@
 #ifndef CONTACT_LANES_H
 #define CONTACT_LANES_H
 
-#include "force_element_formula.h"
-#include "lanes.h"
+#include "force_lanes.h"
 #include "lateral_spin_force.h"
-#include "table_points.h"
 
 /* Contacts with the same table and the same kinds of friction and memory. */
 typedef struct {
@@ -48,34 +46,19 @@ static inline void contacts_load(contacts *c, int l, const force_element_paramet
 
 /* Set the outputs, or only those that the equations of motion need. */
 ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int all) {
-    lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
+    force_lanes f;
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
         TAKE(force_element_input, in, c->in);
         TAKE(contact_scales, scales, c->scales);
-        double slip = slip_of(&p, &in), size = fabs(slip), decay = slip_decay(&p, size);
-        friction_fall fall = falling_friction(c->table, &p, scales, &in, size, decay, thermal);
-        force_state at = begin_force(c->table, &p, scales, &in, &fall, direction_of(slip));
-        put(state, l, FIELDS(force_state), (const double *)&at);
-        x[l] = at.place.x;
-        k_hat[l] = at.place.k_hat;
-        layer[l] = at.place.layer_ratio;
+        begin_lane(&f, l, c->table, &p, scales, &in, thermal);
     }
-    for (int l = 0; c->layered && l < LANES; l++) {
-        TAKE(force_element_parameters, p, c->there);
-        TAKE(force_state, at, state);
-        add_layer(&p, &at);
-        put(state, l, FIELDS(force_state), (const double *)&at);
-        x[l] = at.place.x;
-        k_hat[l] = at.place.k_hat;
-        layer[l] = at.place.layer_ratio;
-    }
-    evaluate_points(c->table, LANES, x, k_hat, layer, ratio, slope, log_k, log_layer);
+    evaluate_lanes(&f, c->table, c->there, c->layered);
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
         TAKE(force_element_input, in, c->in);
-        TAKE(force_state, at, state);
-        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
+        TAKE(force_state, at, f.state);
+        creep_value q = {f.ratio[l], f.slope[l], f.log_k[l], f.log_layer[l]};
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
         if (remembering) memory_action(&p, &in, &at, &out);

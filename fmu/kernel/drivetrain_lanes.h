@@ -3,9 +3,8 @@
 #include <stddef.h>
 
 #include "drivetrain.h"
-#include "force_element_formula.h"
+#include "force_lanes.h"
 #include "rosenbrock.h"
-#include "table_points.h"
 #include "wheelset_law.h"
 
 enum {
@@ -100,36 +99,21 @@ ALWAYS_INLINE void set_action(double half, const force_element_output *out, whee
 
 /* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
 ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal, int remembering) {
-    lanes x, k_hat, layer, ratio, slope, log_k, log_layer, state[FIELDS(force_state)];
+    force_lanes f;
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         TAKE(contact_scales, scales, g->scales[side]);
         scales.saturation_creepage /= g->input[SLOPE][l]; /* as slope_reduction does; k_hat stays */
-        double slip = slip_of(&p, &in), size = fabs(slip), decay = slip_decay(&p, size);
-        friction_fall fall = falling_friction(g->table, &p, scales, &in, size, decay, thermal);
-        force_state at = begin_force(g->table, &p, scales, &in, &fall, direction_of(slip));
-        put(state, l, FIELDS(force_state), (const double *)&at);
-        x[l] = at.place.x;
-        k_hat[l] = at.place.k_hat;
-        layer[l] = at.place.layer_ratio;
+        begin_lane(&f, l, g->table, &p, scales, &in, thermal);
     }
-    for (int l = 0; g->layered && l < LANES; l++) {
-        TAKE(force_element_parameters, p, g->contact[side]);
-        TAKE(force_state, at, state);
-        add_layer(&p, &at);
-        put(state, l, FIELDS(force_state), (const double *)&at);
-        x[l] = at.place.x;
-        k_hat[l] = at.place.k_hat;
-        layer[l] = at.place.layer_ratio;
-    }
-    evaluate_points(g->table, LANES, x, k_hat, layer, ratio, slope, log_k, log_layer);
+    evaluate_lanes(&f, g->table, g->contact[side], g->layered);
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, g->contact[side]);
-        TAKE(force_state, at, state);
+        TAKE(force_state, at, f.state);
         force_element_input in = wheel_input(g, side, y, &p, l);
         force_element_output out;
-        creep_value q = {ratio[l], slope[l], log_k[l], log_layer[l]};
+        creep_value q = {f.ratio[l], f.slope[l], f.log_k[l], f.log_layer[l]};
         double half = 0.5 * g->loaded[side][l];
         finish_force(g->table, &p, &in, &at, q, &out);
         int loaded = g->loaded[side][l] > 0.0;
@@ -147,7 +131,7 @@ ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal, int remembe
         TAKE(force_element_parameters, p, g->contact[side]);
         force_element_input in = wheel_input(g, side, y, &p, l);
         if (g->loaded[side][l] > 0.0 && has_friction(&in)) continue;
-        TAKE(force_state, at, state);
+        TAKE(force_state, at, f.state);
         TAKE(wheel_action, action, g->wheel[side]);
         force_element_output out;
         memset(&out, 0, sizeof out);
