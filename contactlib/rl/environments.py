@@ -199,7 +199,28 @@ def _first(generator: np.random.Generator, seed: int | None) -> int:
     return int(generator.integers(DRAWN)) if seed is None else seed
 
 
-class TractionEnv(gymnasium.Env[Any, Any]):
+class _OfWheelsets:
+    """What both forms of the environment say of their wheelsets."""
+
+    wheelsets: Wheelsets
+
+    @property
+    def scales(self) -> Scales:
+        """Scales of the observation."""
+        return self.wheelsets.scales
+
+    @property
+    def time(self) -> float:
+        """Time of the present sample [s]."""
+        return self.wheelsets.plant.time
+
+    @property
+    def measurement(self) -> Measurement[FloatArray]:
+        """The present measurement, as a controller gets it: arrays of shape (n,)."""
+        return self.wheelsets.measured
+
+
+class TractionEnv(_OfWheelsets, gymnasium.Env[Any, Any]):
     """One wheelset of a scenario as a Gymnasium environment.
 
     The observation is (demand, commanded torque, vehicle speed, slip speed) as the sensors measure
@@ -263,18 +284,7 @@ class TractionEnv(gymnasium.Env[Any, Any]):
 
     def __init__(self, scenario: Scenario | str, **settings: Any) -> None:
         self.wheelsets = Wheelsets([_loaded(scenario)], **settings)
-        self.scales = self.wheelsets.scales
         self.observation_space, self.action_space = self.wheelsets.space, _action_space()
-
-    @property
-    def time(self) -> float:
-        """Time of the present sample [s]."""
-        return self.wheelsets.plant.time
-
-    @property
-    def measurement(self) -> Measurement[FloatArray]:
-        """The present measurement, as a controller gets it: arrays of shape (1,)."""
-        return self.wheelsets.measured
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -298,7 +308,7 @@ def _alone(info: Info) -> Info:
     return {name: float(value[0]) for name, value in info.items()}
 
 
-class TractionVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
+class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many wheelsets, stepped side by side in C, as a Gymnasium vector environment.
 
     Observation, action, reward and info are those of `TractionEnv`, with a row for each wheelset;
@@ -352,7 +362,6 @@ class TractionVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         given = [_loaded(one) for one in several]
         wheelsets = [given[i % len(given)] for i in range(self.num_envs)]
         self.wheelsets = Wheelsets(wheelsets, **settings)
-        self.scales = self.wheelsets.scales
         self.metadata = {
             "render_modes": [],
             "autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP,
@@ -363,16 +372,6 @@ class TractionVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.observation_space = batch(self.single_observation_space, self.num_envs)
         self.action_space = batch(self.single_action_space, self.num_envs)
         self._over = False
-
-    @property
-    def time(self) -> float:
-        """Time of the present sample [s]."""
-        return self.wheelsets.plant.time
-
-    @property
-    def measurement(self) -> Measurement[FloatArray]:
-        """The present measurement, as a controller gets it: arrays of shape (n,)."""
-        return self.wheelsets.measured
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

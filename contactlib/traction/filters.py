@@ -117,9 +117,8 @@ class LoadObserver(Parameters):
     @cached_property
     def gains(self) -> tuple[float, float]:
         """Gains of filter and motor per sample."""
-        lag = self.motor_lag
-        motor = -math.expm1(-self.sample_time / lag) if lag > 0.0 else 1.0
-        return -math.expm1(-self.sample_time / self.filter_time), motor
+        time = self.sample_time
+        return first_order_gain(time, self.filter_time), first_order_gain(time, self.motor_lag)
 
     def start(self, torque: Any, wheel_speed: FloatArray, slip: FloatArray) -> Observed:
         """State of a drive at steady `torque` [N.m] and speed [m/s]."""
@@ -214,6 +213,29 @@ def elasticity(
     rise = moments.covariance * moments.creepage / maximum(moments.load, minimum_load)
     estimate = (rise + stiff) / (moved + stiff + FLOOR * expected)
     return minimum(maximum(estimate, -1.0), 1.0)
+
+
+def first_order_gain(sample_time: float, filter_time: float) -> float:
+    """Gain per sample of a first-order filter [1]; 1, no filter, if its time is zero."""
+    return -math.expm1(-sample_time / filter_time) if filter_time > 0.0 else 1.0
+
+
+def filtered_noise(
+    sensors: Sensors, sample_time: float, speed_filter_time: float, gains: tuple[float, float]
+) -> tuple[float, float]:
+    """Standard deviations of filtered slip [m/s] and wheel acceleration [m/s2] by sensor noise.
+
+    The gains are those of the filters on the two. A first-order filter of gain g reduces white
+    variance to g/(2 - g); its change per sample has 2 g**2/(2 - g) of it. The vehicle speed is
+    that of the tracking filter.
+    """
+    slip, speed = gains
+    wheel = sensors.wheel_speed_noise
+    tracked = tracked_variance(sample_time, speed_filter_time)
+    return (
+        math.sqrt(slip / (2.0 - slip) * wheel**2 + tracked * sensors.vehicle_speed_noise**2),
+        speed * math.sqrt(2.0 / (2.0 - speed)) * wheel / sample_time,
+    )
 
 
 def slip_noise(sensors: Sensors, sample_time: float, filter_time: float, gain: float) -> float:

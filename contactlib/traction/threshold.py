@@ -10,7 +10,6 @@ soft_patch.toml``.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
@@ -20,7 +19,13 @@ from numpy.typing import NDArray
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
-from contactlib.traction.filters import Tracked, track, tracked_variance, tracker_gains
+from contactlib.traction.filters import (
+    Tracked,
+    filtered_noise,
+    first_order_gain,
+    track,
+    tracker_gains,
+)
 from contactlib.traction.interface import (
     FILTER_TIME,
     LOW_SPEED,
@@ -58,6 +63,21 @@ class ThresholdMemory(NamedTuple):
     cutting: NDArray[np.bool_]
     limiting: NDArray[np.bool_]
     braking: NDArray[np.bool_]
+
+
+def check_release(control: Any) -> None:
+    """Check that slip ends an action of the controller at or below the slip that starts it.
+
+    Raises
+    ------
+    ValueError
+        If it does not.
+    """
+    if control.slip_release > control.slip_threshold:
+        raise ValueError(
+            f"{type(control).__name__}.slip_release = {control.slip_release!r} is out of range: "
+            f"must be <= slip_threshold = {control.slip_threshold!r}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,11 +153,7 @@ class ThresholdControl(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.slip_release > self.slip_threshold:
-            raise ValueError(
-                f"ThresholdControl.slip_release = {self.slip_release!r} is out of range: must be "
-                f"<= slip_threshold = {self.slip_threshold!r}"
-            )
+        check_release(self)
 
     @cached_property
     def _tracker_gains(self) -> tuple[float, float]:
@@ -146,11 +162,9 @@ class ThresholdControl(Parameters):
     @cached_property
     def _filter_gains(self) -> tuple[float, float]:
         """Gains of the filters on slip and wheel speed per sample."""
-        slip = self.slip_filter_time
-        return (
-            -math.expm1(-self.sample_time / slip) if slip > 0.0 else 1.0,
-            -math.expm1(-self.sample_time / self.acceleration_filter_time),
-        )
+        slip, acceleration = self.slip_filter_time, self.acceleration_filter_time
+        time = self.sample_time
+        return first_order_gain(time, slip), first_order_gain(time, acceleration)
 
     @classmethod
     def for_drivetrain(
@@ -167,18 +181,9 @@ class ThresholdControl(Parameters):
         return cls(**{**known, **given})
 
     def noise(self, sensors: Sensors) -> tuple[float, float]:
-        """Standard deviations of the filtered slip [m/s] and acceleration [m/s2] by sensor noise.
-
-        A first-order filter of gain g reduces white variance to g/(2 - g); its change per sample
-        has 2 g**2/(2 - g) of it.
-        """
-        slip, speed = self._filter_gains
-        wheel = sensors.wheel_speed_noise
-        tracked = tracked_variance(self.sample_time, self.speed_filter_time)
-        return (
-            math.sqrt(slip / (2.0 - slip) * wheel**2 + tracked * sensors.vehicle_speed_noise**2),
-            speed * math.sqrt(2.0 / (2.0 - speed)) * wheel / self.sample_time,
-        )
+        """Standard deviations of filtered slip [m/s] and acceleration [m/s2] by sensor noise."""
+        gains = self._filter_gains
+        return filtered_noise(sensors, self.sample_time, self.speed_filter_time, gains)
 
     def start(self, measurement: Measurement[FloatArray], torque: Any) -> ThresholdMemory:
         """Memory of a drive at `torque` [N.m]."""

@@ -16,14 +16,19 @@ pulses in which some systems fill, and the watchdog that ends a long venting, ar
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
 from contactlib.base.elementwise import maximum, minimum, negated, where
 from contactlib.base.quantities import POSITIVE, FloatArray, Parameters, Quantity, checked_number
-from contactlib.traction.filters import Tracked, track, tracked_variance, tracker_gains
+from contactlib.traction.filters import (
+    Tracked,
+    filtered_noise,
+    first_order_gain,
+    track,
+    tracker_gains,
+)
 from contactlib.traction.interface import (
     FILTER_TIME,
     LOW_SPEED,
@@ -33,7 +38,7 @@ from contactlib.traction.interface import (
 )
 from contactlib.traction.search import Ranges, around_design
 from contactlib.traction.sensors import SPEED_NOISE, Sensors
-from contactlib.traction.threshold import CLEAR
+from contactlib.traction.threshold import CLEAR, check_release
 from contactlib.vehicle.drivetrain import LAG, Drivetrain
 
 ACCELERATION = Quantity("m/s2", above=0.0, usual=(0.01, 100.0))
@@ -118,11 +123,7 @@ class WheelSlideProtection(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.slip_release > self.slip_threshold:
-            raise ValueError(
-                f"WheelSlideProtection.slip_release = {self.slip_release!r} is out of range: must "
-                f"be <= slip_threshold = {self.slip_threshold!r}"
-            )
+        check_release(self)
 
     @cached_property
     def _tracker_gains(self) -> tuple[float, float]:
@@ -132,7 +133,7 @@ class WheelSlideProtection(Parameters):
     def _gains(self) -> tuple[float, float, float]:
         """Gains per sample of the filter on the wheel speed, of filling and of venting."""
         times = self.wheel_filter_time, self.fill_time, self.vent_time
-        wheel, fill, vent = (-math.expm1(-self.sample_time / t) if t > 0.0 else 1.0 for t in times)
+        wheel, fill, vent = (first_order_gain(self.sample_time, t) for t in times)
         return wheel, fill, vent
 
     @classmethod
@@ -152,16 +153,9 @@ class WheelSlideProtection(Parameters):
         return cls(**{**known, **given})
 
     def noise(self, sensors: Sensors) -> tuple[float, float]:
-        """Standard deviations of slip [m/s] and deceleration [m/s2] by sensor noise.
-
-        As for `ThresholdControl.noise`, with one filter for both.
-        """
-        gain, wheel = self._gains[0], sensors.wheel_speed_noise
-        tracked = tracked_variance(self.sample_time, self.speed_filter_time)
-        return (
-            math.sqrt(gain / (2.0 - gain) * wheel**2 + tracked * sensors.vehicle_speed_noise**2),
-            gain * math.sqrt(2.0 / (2.0 - gain)) * wheel / self.sample_time,
-        )
+        """Standard deviations of slip [m/s] and deceleration [m/s2] by sensor noise."""
+        gains = self._gains[0], self._gains[0]  # one filter for both
+        return filtered_noise(sensors, self.sample_time, self.speed_filter_time, gains)
 
     def start(self, measurement: Measurement[FloatArray], torque: Any) -> WspMemory:
         """Memory of a brake at `torque` [N.m]."""
