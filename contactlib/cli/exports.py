@@ -136,7 +136,7 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 )
 @click.option(
     "--wheels",
-    type=Whole(1, 32),
+    type=Whole(1),
     default=1,
     help="Number of wheels, or of wheelsets, that one FMU steps side by side. Default: 1.",
 )

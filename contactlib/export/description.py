@@ -124,6 +124,11 @@ class Variable:
             return None
         return "calculated" if self.start is None else "exact"
 
+    @property
+    def stem(self) -> str:
+        """Name without the number of a wheel."""
+        return self.name.split("[")[0]
+
     def elements(self) -> list[Variable]:
         """Scalar variables of the elements of an array, named as in ``omega[1]``."""
         if not self.size:
@@ -434,13 +439,10 @@ class Description:
     def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
         """Parameters, and the inputs and states from which a variable may be computed."""
         known = [v for v in known if v.wheel in (None, variable.wheel)]
-        stem = variable.name.split("[")[0]
-        needed = {v.name.split("[")[0] for v in known}
+        needed = {v.stem for v in known}
         if variable.role == "state":
-            needed = {stem}
+            needed = {variable.stem}
         elif variable.role == "output":
             fewer = KINEMATIC | (HELD if self.remembers else {})
-            needed = set(fewer.get(stem, needed - BODY_INPUTS))
-        return [
-            v.name for v in known if v.name.split("[")[0] in needed or v.causality == "parameter"
-        ]
+            needed = set(fewer.get(variable.stem, needed - BODY_INPUTS))
+        return [v.name for v in known if v.stem in needed or v.causality == "parameter"]

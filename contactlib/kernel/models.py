@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -72,16 +73,20 @@ class NativeModel:
         variables = model_variables(kind)
         self._entries = {v.name: self._model.variables + i for i, v in enumerate(variables)}
         self._wheels, self._values = wheels, ffi.new("model_values[]", wheels)
+        # Entry of a variable, and its wheels, by every name that was given.
+        self._places = {name: (entry, range(wheels)) for name, entry in self._entries.items()}
         self.set(**start)
         self.evaluate()
 
     def _place(self, name: str) -> tuple[Any, range]:
         """Entry of a variable, and its wheels."""
-        if name in self._entries:
-            return self._entries[name], range(self._wheels)
-        stem, rest = name.split("[")
-        number, end = rest.split("]")
-        return self._entries[stem + end], range(int(number) - 1, int(number))
+        if name not in self._places:
+            found = re.fullmatch(r"(.+)\[(\d+)\](.*)", name)
+            if found is None:
+                raise KeyError(name)
+            wheel = int(found[2]) - 1
+            self._places[name] = self._entries[found[1] + found[3]], range(wheel, wheel + 1)
+        return self._places[name]
 
     def set(self, **values: float) -> None:
         """Set variables of any role; outputs do not change before `evaluate`."""
