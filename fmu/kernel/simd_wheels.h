@@ -38,7 +38,7 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
-/* Up to LANES wheelsets. One that needs very many substeps begins again alone. */
+/* Up to LANES wheelsets. One that needs very many or very short substeps begins again alone. */
 static const char *advance_few(const creep_table *table, wheelset_task *tasks, size_t n,
                                double step, size_t *failed) {
     motion m;
@@ -59,7 +59,8 @@ static const char *advance_few(const creep_table *table, wheelset_task *tasks, s
         rosenbrock_substep(&problem, &run, tasks->tolerance);
         busy = 0;
         for (size_t l = 0; l < n; l++) {
-            late[l] |= run.left[l] > 0.0 && run.count[l] >= MANY_SUBSTEPS;
+            int hopeless = run.count[l] >= MANY_SUBSTEPS || is_hopeless(&run, (int)l, step);
+            late[l] |= run.left[l] > 0.0 && hopeless;
             run.left[l] = late[l] ? 0.0 : run.left[l];
             busy |= run.left[l] > 0.0;
         }

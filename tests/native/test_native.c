@@ -230,8 +230,10 @@ static void test_steps(const creep_table *table, const force_element_parameters 
     }
 }
 
-/* Many contacts and wheelsets have the bits of one by one, and the first that fails is named. */
-static void test_together(const creep_table *table, const force_element_parameters *parameters) {
+/* Many contacts and wheelsets have the bits of one by one, and the first that fails is named, which
+ * takes all the substeps that there can be. */
+static void test_together(const creep_table *table, const force_element_parameters *parameters,
+                          int failing) {
     enum { MANY_WHEELS = 19, LATE = 11 };
     wheelset_parameters body = SOME_BODY;
     force_element_parameters contact[MANY_WHEELS];
@@ -270,6 +272,7 @@ static void test_together(const creep_table *table, const force_element_paramete
             CHECK(one.substep == together[i].substep);
         }
     }
+    if (!failing) return;
     size_t failed = 0;
     tasks[LATE].drive_torque = NAN;
     CHECK(wheelset_advance_many(table, tasks, MANY_WHEELS, 0.01, &failed) != NULL);
@@ -716,22 +719,22 @@ int main(int count, char **arguments) {
     test_steps(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);
-    test_together(&table, contacts);
-    test_together(&table, parameters);
+    test_together(&table, contacts, 1);
+    test_together(&table, parameters, 0);
     parameters++;
     *parameters = contacts[1];
     parameters->softening_temperature =
         600.0; /* and with the fall with slip speed, as a tool may */
     parameters->thermal_effusivity = 13e3;
     test_force(&table, parameters);
-    test_together(&table, parameters);
+    test_together(&table, parameters, 0);
     parameters->relaxation_length = parameters->slip_rate_decay = 0.0;
     parameters->elliptic = 1.0;
     parameters->layer_compliance = 1.3e-13;
     test_force(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);
-    test_together(&table, parameters);
+    test_together(&table, parameters, 0);
     test_tangent(&table, parameters);
     test_curve(&table, contacts);
     test_run(&table, contacts);
