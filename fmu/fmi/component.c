@@ -155,6 +155,8 @@ static const char *read_start_values(component *self, const void *bytes, size_t 
         if (misplaced(m, &self->start[w], &self->start[w]) != NULL)
             return "the file holds a value out of range";
     }
+    for (size_t i = 0; i < m->count; i++)
+        self->is_present[i] = (unsigned char)model_has(&m->variables[i], self->start);
     return NULL;
 }
 
@@ -217,7 +219,7 @@ result component_open(component *self, int model_exchange, const char *token,
     size_t rates = 0;
     for (size_t i = 0; i < self->model->count; i++) {
         const model_variable *v = &self->model->variables[i];
-        if (!model_has(v, self->start)) continue;
+        if (!self->is_present[i]) continue;
         if (v->role == STATE) self->state[self->states++] = v;
         if (v->role == DERIVATIVE) self->rate[rates++] = v;
     }
@@ -279,7 +281,7 @@ static const model_variable *find(component *self, unsigned reference, int boole
     if (i < m->count && wheel_of(self, reference, 0) < wheels) {
         const model_variable *v = &m->variables[i];
         int typed = is_truth(v) && self->has_booleans;
-        if (typed == boolean && model_has(v, self->start)) return v;
+        if (typed == boolean && self->is_present[i]) return v;
     }
     component_log(self, RESULT_ERROR, "value reference %u is not a %s variable", reference,
                   boolean ? "Boolean" : "real");
@@ -360,16 +362,23 @@ static void check_grip(component *self, size_t wheel) {
         SHOWN(load ? in->friction_scale : in->normal_load));
 }
 
+/* Check what a tool has set since the outputs were last calculated. */
+static result check_inputs(component *self) {
+    int rubs = self->model->has_contact || self->model->has_pair;
+    for (size_t w = 0; self->now->stale && w < self->wheels; w++) {
+        if (rubs && check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+        check_grip(self, w);
+    }
+    return RESULT_OK;
+}
+
 static result evaluate(component *self) {
     if (!self->now->stale) return RESULT_OK;
-    int rubs = self->model->has_contact || self->model->has_pair;
-    for (size_t w = 0; rubs && w < self->wheels; w++)
-        if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+    if (check_inputs(self) != RESULT_OK) return RESULT_DISCARD;
     self->model->evaluate(&self->table, self->now->values, self->wheels);
     self->now->stale = 0;
     for (size_t w = 0; w < self->wheels; w++) {
         const model_values *v = &self->now->values[w];
-        check_grip(self, w);
         if (v->forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
             component_log(self, RESULT_WARNING,
                           "%ssemi_axis_x / semi_axis_y = %s is outside 1/8 to 8: the shape of the "
@@ -537,7 +546,8 @@ result component_step(component *self, double point, double step) {
     if (!(end <= self->now->stop_time + 1e-3 * step + 1e-9 * fabs(end)))
         return component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
                              SHOWN_TO(17, end), SHOWN_TO(17, self->now->stop_time));
-    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    if ((self->model->moves ? check_inputs(self) : evaluate(self)) != RESULT_OK)
+        return RESULT_DISCARD;
     for (size_t w = 0; w < self->wheels; w++) substeps[w] = values[w].substep;
     if (self->states > 0) memcpy(before, values, self->wheels * sizeof *values);
     const char *error = self->model->advance(&self->table, values, self->wheels, step,

@@ -47,7 +47,8 @@ typedef struct {
     size_t wheels;
     int has_arrays; /* 1 if a variable of each wheel is one array, else each element is a variable
                      */
-    unsigned char is_common[MAX_VARIABLES]; /* 1 for variables that all wheels have in common */
+    unsigned char is_common[MAX_VARIABLES];  /* 1 for variables that all wheels have in common */
+    unsigned char is_present[MAX_VARIABLES]; /* 1 for those that are part of this model */
     const model *model;
     char token[TOKEN_SIZE]; /* of the FMU, padded with zeros */
     creep_table table;
