@@ -11,9 +11,10 @@ import numpy as np
 import contactlib as cl
 from contactlib.base.quantities import POSITIVE, FloatArray, checked_number
 
-from .system import build, outer_forces
+from .formulas import Formulas
+from .system import build
 from .vehicle import AXLES, COORDINATES, SHAFT, SPIN, Forces, Locomotive, Motion
-from .wheels import Element, Source
+from .wheels import Element, Source, inputs
 
 STRONGEST = 10.0  # acceleration that no friction allows [m/s2]
 
@@ -46,8 +47,8 @@ class Run:
         Torque of each motor over the step after a row [N.m], friction scale of each wheel [1].
     motion : Motion
         Motion of the wheels at the rows.
-    forces : tuple of ndarray
-        Creep force, lateral force [N] and spin moment [N.m] of each wheel.
+    forces : ndarray
+        Creep forces, lateral forces [N] and spin moments [N.m] of the wheels, in this order.
     """
 
     locomotive: Locomotive
@@ -125,6 +126,7 @@ def simulate(
     for name, value in (("duration", duration), ("step", step), ("speed", speed)):
         checked_number(name, value, POSITIVE)
     source = Element(locomotive) if source is None else source
+    formulas = Formulas(locomotive)
     steps = round(duration / step)
     samples = min(drive.sample_time / step, float(steps + 1))
     per_sample = max(1, round(samples))
@@ -145,24 +147,29 @@ def simulate(
     }
 
     def found(q: FloatArray, rates: FloatArray) -> FloatArray:
-        motion = locomotive.motion(q, rates)
-        of_wheels = source.forces(motion, now["friction"], len(rows) * step, step)
-        return outer_forces(locomotive, q, rates, motion, of_wheels, now["torque"])
+        _, given = formulas.wheels(q, rates)
+        of_wheels = source.forces(given, now["friction"], len(rows) * step, step)
+        return formulas.outer_forces(q, rates, of_wheels, now["torque"])
 
     def before_step(mbs: Any, time: float) -> bool:
         row = len(rows)
         q = np.array(mbs.systemData.GetODE2Coordinates())
         rates = np.array(mbs.systemData.GetODE2Coordinates_t())
-        motion = locomotive.motion(q, rates)
+        distance, given = formulas.wheels(q, rates)
+        omega, speed, _, across, turning = given
         if row % per_sample == 0:
-            drive.sample(row * step, rates[SPIN], float(motion.speed.mean()))
-        now["torque"], now["friction"] = drive.step(step), state.friction(motion.distance)
+            drive.sample(row * step, rates[SPIN], float(speed.mean()))
+        now["torque"], now["friction"] = drive.step(step), state.friction(distance)
         rows.append((q, rates, now["torque"], now["friction"]))
         if held or state.cleans:
-            of_wheels = source.forces(motion, now["friction"], row * step, step)
-            state.slide(motion.distance, slip_power(motion, of_wheels) / motion.speed)
+            of_wheels = creep, lateral, moment = source.forces(
+                given, now["friction"], row * step, step
+            )
+            slip = locomotive.wheel.radius * omega - speed
+            power = creep * slip - lateral * across - moment * turning
+            state.slide(distance, power / speed)
         if held:
-            now["outer"] = outer_forces(locomotive, q, rates, motion, of_wheels, now["torque"])
+            now["outer"] = formulas.outer_forces(q, rates, of_wheels, now["torque"])
         return True
 
     mbs = build(
@@ -184,14 +191,6 @@ def simulate(
     before_step(mbs, steps * step)  # the last row
     q, rates, torque, friction = (np.array(part) for part in zip(*rows, strict=True))
     motion = locomotive.motion(q, rates)
-    forces = Element(locomotive).forces(motion, friction, 0.0, step)
+    forces = Element(locomotive).forces(inputs(locomotive.wheel, motion), friction, 0.0, step)
     time = np.arange(steps + 1, dtype=np.float64) * step
     return Run(locomotive, time, q, rates, torque, friction, motion, forces)
-
-
-def slip_power(motion: Motion, forces: Forces) -> FloatArray:
-    """Power that each wheel loses in slip [W]."""
-    creep, lateral, moment = forces
-    return np.asarray(
-        creep * motion.slip - lateral * motion.lateral_velocity - moment * motion.spin_velocity
-    )

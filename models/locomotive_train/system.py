@@ -34,6 +34,7 @@ from .vehicle import (
     Motion,
     cross,
     dot,
+    vectors,
 )
 
 Spring = tuple[int, int, tuple[float, ...], tuple[float, ...], tuple[Any, Any]]
@@ -137,7 +138,7 @@ def outer_forces(
 ) -> FloatArray:
     """Generalized forces of wheels, motors of a torque at the axle [N.m], drawbar and train."""
     v, wheelset = locomotive.vehicle, locomotive.wheelset
-    found = np.zeros(COORDINATES)
+    found = np.zeros(COORDINATES, q.dtype)
     bodies = found[:42].reshape(7, 6)
     creep, lateral, moment = wheel_forces
     pushes = creep[..., None] * motion.forward[:, None] + lateral[..., None] * motion.left[:, None]
@@ -159,14 +160,14 @@ def outer_forces(
 
     hook = motion.own[0].T @ np.array([-v.half_length, 0.0, v.drawhook_height - v.body_height])
     place, axes = q[:3] + locomotive.reference[:3] + hook, motion.axes[0]
-    pull, forward = drawbar(locomotive, place, rates, hook, axes, q[TRAIN])
+    pull, forward = drawbar(locomotive, place, rates, hook, axes, q[TRAIN:])
     bodies[0, :3] = -pull * forward
     bodies[0, 3:] = axes @ cross(hook, bodies[0, :3])
     # Its constant part turns its sign at standstill, smoothly.
-    davis, speed = wheelset.resistance, rates[TRAIN]
+    davis, speed = wheelset.resistance, rates[TRAIN:]
     along = davis.constant * np.tanh(speed / wheelset.element.minimum_speed)
     along += davis.linear * speed + davis.quadratic * speed * abs(speed)
-    found[TRAIN] = pull - AXLES * along
+    found[TRAIN:] = pull - AXLES * along
     return found
 
 
@@ -176,16 +177,16 @@ def drawbar(
     moving: FloatArray,
     hook: FloatArray,
     axes: FloatArray,
-    way: float,
-) -> tuple[float, FloatArray]:
+    way: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
     """Pull on the train [N] and its direction along the track, with the hook's end at a place."""
     v, k = locomotive.vehicle, locomotive.alignment.curvature
     velocity = moving[:3] + cross(moving[3:6] @ axes, hook)
-    distance, offset = locomotive.alignment.of(place[0], place[1])
+    distance, offset = locomotive.alignment.of(place[:1], place[1:2])
     heading = k * distance
     # What does work along the track's centre does it on a shorter or longer way beside it.
-    forward = np.array([np.cos(heading), np.sin(heading), 0.0]) / (1.0 - k * offset)
+    forward = vectors(np.cos(heading), np.sin(heading), 0.0)[0] / (1.0 - k * offset)
     start = locomotive.reference[0] - v.half_length  # to first order in the curve
     stretch = distance - start - way
-    rate = float(velocity @ forward) - moving[TRAIN]
+    rate = dot(velocity[None], forward) - moving[TRAIN:]
     return v.drawbar_stiffness * stretch + v.drawbar_damping * rate, forward

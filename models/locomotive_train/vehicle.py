@@ -40,8 +40,8 @@ STIFFNESS = Annotated[float, Quantity("N/m", above=0.0)]
 DAMPING = Annotated[float, Quantity("N.s/m", at_least=0.0)]
 TWIST_STIFFNESS = Annotated[float, Quantity("N.m/rad", at_least=0.0)]
 TWIST_DAMPING = Annotated[float, Quantity("N.m.s/rad", at_least=0.0)]
-Forces = tuple[FloatArray, FloatArray, FloatArray]
-"""Of each wheel: creep force and lateral force [N] and spin moment [N.m] on it."""
+Forces = FloatArray
+"""Creep forces, lateral forces [N] and spin moments [N.m] on the wheels, in this order."""
 Three = tuple[float, float, float]
 
 
@@ -131,7 +131,9 @@ class Alignment(NamedTuple):
         k = self.curvature
         if k == 0.0:
             return x, y
-        return np.arctan2(k * x, 1.0 - k * y) / k, (1.0 - np.hypot(k * x, 1.0 - k * y)) / k
+        along, across = k * x, 1.0 - k * y
+        radius = np.sqrt(along * along + across * across)
+        return 2.0 * np.arctan(along / (radius + across)) / k, (1.0 - radius) / k
 
 
 STRAIGHT = Alignment()
@@ -176,15 +178,15 @@ class Motion(NamedTuple):
 
 def vectors(x: FloatArray, y: Any, z: Any) -> FloatArray:
     """Vectors from their components; the first has the shape of all."""
-    found = np.empty((*x.shape, 3))
+    found = np.empty((*x.shape, 3), x.dtype)
     found[..., 0], found[..., 1], found[..., 2] = x, y, z
     return found
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Vector product; that of numpy takes several times as long for a few vectors."""
-    ax, ay, az, bx, by, bz = (v[..., i] for v in (a, b) for i in range(3))
-    return vectors(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+    ax, ay, az, bx, by, bz = (v[..., i : i + 1] for v in (a, b) for i in range(3))
+    return np.concatenate((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -198,7 +200,7 @@ def directions(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     ca, cb, cc = (cosine[..., i] for i in range(3))
     sa, sb, sc = (sine[..., i] for i in range(3))
     none = np.zeros_like(ca)
-    axes, own = np.empty((2, *angles.shape, 3))
+    axes, own = np.empty((2, *angles.shape, 3), angles.dtype)
     axes[..., 0, :] = 1.0, 0.0, 0.0
     axes[..., 1, :] = left = vectors(none, ca, sa)
     axes[..., 2, :] = own[..., 2, :] = vectors(sb, -cb * sa, cb * ca)
@@ -308,6 +310,7 @@ class Locomotive:
         lean = v.conicity * ENDS * dot(spinning, left)[..., None]
         height = at[..., 2:3] - radius + sideways[..., 2]
         rail = v.rail_stiffness * height + v.rail_damping * centre[..., 2]
+        load = self.wheel.normal_load - rail
         return Motion(
             distance=distance,
             offset=offset,
@@ -322,5 +325,5 @@ class Locomotive:
             lateral_velocity=dot(contact, left[..., None, :]),
             spin_velocity=spinning[..., 2:] - lean,
             speed=dot(centre, forward[..., None, :]),
-            load=np.maximum(self.wheel.normal_load - rail, 0.0),
+            load=0.5 * (load + np.abs(load)),  # above zero
         )

@@ -14,39 +14,25 @@ from contactlib.base.quantities import FloatArray
 
 from .vehicle import AXLES, Forces, Locomotive, Motion
 
-INPUTS = (
-    "omega",
-    "speed",
-    "normal_load",
-    "friction_scale",
-    "lateral_velocity",
-    "spin_velocity",
-)
+INPUTS = ("omega", "speed", "normal_load", "lateral_velocity", "spin_velocity", "friction_scale")
 OUTPUTS = ("creep_force", "lateral_force", "spin_moment")
-WHEELS = 2 * AXLES
 
 
-def inputs(element: cl.ForceElement, motion: Motion, friction: FloatArray) -> dict[str, FloatArray]:
-    """Inputs of the force element at each wheel, by name.
+def inputs(element: cl.ForceElement, motion: Motion) -> FloatArray:
+    """Inputs of the force element at each wheel but for the friction, in the order of INPUTS.
 
     The element has one radius: its `omega` is the one that gives the true slip.
     """
-    values = (
-        (motion.speed + motion.slip) / element.radius,
-        motion.speed,
-        motion.load,
-        friction,
-        motion.lateral_velocity,
-        motion.spin_velocity,
-    )
-    return dict(zip(INPUTS, values, strict=True))
+    omega = (motion.speed + motion.slip) / element.radius
+    rest = motion.speed, motion.load, motion.lateral_velocity, motion.spin_velocity
+    return np.stack([omega, *rest])
 
 
 class Source(Protocol):
     """Source of the wheels' forces."""
 
-    def forces(self, motion: Motion, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at a motion, or their means over a step from it [N, N, N.m]."""
+    def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
+        """Forces at inputs, or their means over a step from them [N, N, N.m]."""
 
 
 class Element:
@@ -55,10 +41,20 @@ class Element:
     def __init__(self, locomotive: Locomotive) -> None:
         self._element = locomotive.wheel
 
-    def forces(self, motion: Motion, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at a motion of one time or of many; it takes no steps."""
-        found = self._element.evaluate(**inputs(self._element, motion, friction))
-        return found["creep_force"], found["lateral_force"], found["spin_moment"]
+    def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
+        """Forces at inputs of one time or of many; it takes no steps."""
+        found = self._element.evaluate(**dict(zip(INPUTS, [*given, friction], strict=True)))
+        return np.stack([found[name] for name in OUTPUTS])
+
+
+class Values:
+    """Values of array variables, and the arguments by which FMI's functions reach them."""
+
+    def __init__(self, references: list[int]) -> None:
+        self.array = np.zeros((len(references), AXLES, 2))
+        variables = np.ctypeslib.as_ctypes(np.array(references, dtype=np.uint32))
+        values = np.ctypeslib.as_ctypes(self.array.ravel())  # the same memory
+        self.arguments = variables, len(references), values, self.array.size
 
 
 class Fmu:
@@ -73,7 +69,8 @@ class Fmu:
         self._folder = fmpy.extract(fmu)
         description = fmpy.read_model_description(self._folder)
         reference = {v.name: v.valueReference for v in description.modelVariables}
-        self._in, self._out = ([reference[n] for n in names] for names in (INPUTS, OUTPUTS))
+        self._inputs = Values([reference[name] for name in INPUTS])
+        self._outputs = Values([reference[name] for name in OUTPUTS])
         # The two wheels of an axle push alike. Within a step neither the quill nor the primary
         # springs answer: what moves is the wheelset alone.
         mass = locomotive.vehicle.wheelset_mass
@@ -92,15 +89,14 @@ class Fmu:
         if exchange:
             self._fmu.enterContinuousTimeMode()
 
-    def forces(self, motion: Motion, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at the motion, or their means over the step."""
-        given = inputs(self._element, motion, friction).values()
-        self._fmu.setFloat64(self._in, np.concatenate([np.ravel(v) for v in given]).tolist())
+    def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
+        """Forces at the inputs, or their means over the step."""
+        self._inputs.array[:-1], self._inputs.array[-1] = given, friction
+        self._fmu.fmi3SetFloat64(self._fmu.component, *self._inputs.arguments)
         if not self._exchange:
             self._fmu.doStep(time, step)
-        found = self._fmu.getFloat64(self._out, len(OUTPUTS) * WHEELS)
-        creep, lateral, moment = np.reshape(found, (len(OUTPUTS), AXLES, 2))
-        return creep, lateral, moment
+        self._fmu.fmi3GetFloat64(self._fmu.component, *self._outputs.arguments)
+        return self._outputs.array.copy()
 
     def __enter__(self) -> Self:
         return self

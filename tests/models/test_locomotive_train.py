@@ -11,6 +11,7 @@ import pytest
 from locomotive_train.control import Motors, Torques
 from locomotive_train.vehicle import (
     AXLES,
+    COORDINATES,
     ENDS,
     SHAFT,
     SPIN,
@@ -22,7 +23,7 @@ from locomotive_train.vehicle import (
     directions,
     dot,
 )
-from locomotive_train.wheels import Fmu
+from locomotive_train.wheels import Fmu, inputs
 from outside_tools import module
 
 import contactlib as cl
@@ -76,6 +77,27 @@ def simulate(fmu: str) -> Simulate:
             return run(locomotive, drive, source=wheels, held=once, **how)  # type: ignore
 
     return simulated
+
+
+@pytest.mark.parametrize("curvature", [0.0, -1e-3])
+def test_recorded_formulas_are_those_of_numpy(locomotive: Locomotive, curvature: float) -> None:
+    train = replace(locomotive, alignment=Alignment(curvature))
+    formulas = module("locomotive_train.formulas").Formulas(train)
+    outer_forces = module("locomotive_train.system").outer_forces
+    draw = np.random.default_rng(5)
+    for _ in range(5):
+        q = 1e-2 * draw.standard_normal(COORDINATES)
+        rates = train.start(10.0) + 0.1 * draw.standard_normal(COORDINATES)
+        forces, torque = 1e4 * draw.standard_normal((3, AXLES, 2)), 1e4 * draw.random(AXLES)
+        motion = train.motion(q, rates)
+        distance, given = formulas.wheels(q, rates)
+        np.testing.assert_allclose(distance, motion.distance, rtol=1e-13)
+        expected = inputs(train.wheel, motion)
+        largest = np.abs(expected).max(axis=(1, 2), keepdims=True)
+        np.testing.assert_allclose(given / largest, expected / largest, atol=1e-13)
+        outer = outer_forces(train, q, rates, motion, forces, torque)
+        found = formulas.outer_forces(q, rates, forces, torque)
+        np.testing.assert_allclose(found, outer, atol=1e-12 * np.abs(outer).max())
 
 
 WAYS: Mapping[str, Mapping[str, bool]] = {
