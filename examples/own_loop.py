@@ -17,7 +17,7 @@ cases = [
     for factor in factors
 ]
 for cut in (False, True):
-    plant = cl.Plant(cases)
+    plant = cl.Plant(cases, tolerance=1e-4)
     measured = plant.reset(seed=1)
     fastest = np.zeros(len(cases))
     while plant.time < scenario.duration:

@@ -690,12 +690,12 @@ static void follow(component *self, const model_values *direction, const unsigne
                    size_t count, double *changes) {
     const model *m = self->model;
     static const model_values still;
+    int diagnostics = 0;
+    for (size_t i = 0; i < count; i++)
+        diagnostics |= model_is_diagnostic(&m->variables[index_of(self, unknowns[i])]);
     for (size_t w = 0; w < self->wheels; w++) {
         model_values change = still;
-        int diagnostics = 0, moves = memcmp(&direction[w], &still, sizeof still) != 0;
-        for (size_t i = 0; i < count; i++)
-            diagnostics |= model_is_diagnostic(&m->variables[index_of(self, unknowns[i])]);
-        if (moves)
+        if (memcmp(&direction[w], &still, sizeof still) != 0)
             model_tangent(m, &self->table, &self->now->values[w], &direction[w], diagnostics,
                           &change);
         double *to = changes;

@@ -70,7 +70,7 @@ typedef struct {
     const char *kind;
     int has_contact; /* 1 if there are a table, its contact, truth values and their margins */
     int has_pair;    /* 1 if there are a table and bodies that touch in any ellipse */
-    int moves;       /* 1 if there is a body, whose steps do not begin with outputs */
+    int moves;       /* 1 if there is a body: its steps do not need the outputs at their start */
     const model_variable *variables;
     size_t count;
     /* Calculate outputs and derivatives of n wheels from everything else. */

@@ -32,7 +32,7 @@ WRAPPED = tuple(f"-Wl,--wrap={name}" for name in ("malloc", "calloc", "realloc",
 
 
 # Loops over many points: with the sanitizers' checks in them an optimizing compiler takes a minute.
-LOOPS = re.compile("simd_|drivetrain_|lateral_spin_force|creep_forces|wheelset_run")
+LOOPS = re.compile("simd_|drivetrain_|lateral_spin_force|creep_forces|wheelset_")
 # What reads bytes: only in these the fuzzer sees the operands of comparisons.
 READERS = {"checked_file", "component", "creep_table", "file_io"}
 

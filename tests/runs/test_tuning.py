@@ -24,7 +24,7 @@ LIMITED = "limited_utilisation"
 def patch() -> cl.Scenario:
     """The wet patch, shorter."""
     track = cl.Track(friction_left=cl.Profile((30.0, 30.0, 70.0, 70.0), (1.0, 0.545, 0.545, 1.0)))
-    return wet_patch(track=track, duration=10.0)
+    return wet_patch(track=track, duration=8.0)
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def test_settings_are_read_from_a_file_as_they_were_found(
     file = Path(cl.files.model_path("dry_wet_dry.toml"))
     text = file.read_text().split("[controllers")[0]
     for name in ("threshold", "creep_pi", "slope_seeking"):
-        found = cl.tune([patch], name, trials=60, seeds=1)
+        found = cl.tune([replace(patch, duration=4.0)], name, trials=60, seeds=1)
         path = tmp_path / f"{name}.toml"
         path.write_text(text + found.section(name, patch.controllers[name]))
         read = cl.load_scenario(path).controller(name)
