@@ -432,20 +432,19 @@ result component_start(component *self) {
     return RESULT_OK;
 }
 
-result component_get(component *self, unsigned reference, size_t element, int boolean,
-                     double *value) {
+result component_get(component *self, unsigned reference, int boolean, double *values) {
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
-    size_t wheel = wheel_of(self, reference, element);
+    size_t first = wheel_of(self, reference, 0), count = component_size(self, reference);
     if (v->role == OUTPUT || v->role == DERIVATIVE || v->role == INDICATOR) {
         if (boolean && self->now->stage == CONTINUOUS) { /* Booleans change at events only */
             size_t i = (v->offset - offsetof(model_values, output.falling_branch)) / sizeof(double);
-            *value = self->now->held_flags[wheel][i];
+            for (size_t k = 0; k < count; k++) values[k] = self->now->held_flags[first + k][i];
             return RESULT_OK;
         }
         if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
     }
-    *value = model_get(v, &self->now->values[wheel]);
+    for (size_t k = 0; k < count; k++) values[k] = model_get(v, &self->now->values[first + k]);
     return RESULT_OK;
 }
 
@@ -476,11 +475,10 @@ static result check_range(component *self, const model_variable *v, size_t wheel
                          advice(self, v, wheel, text));
 }
 
-result component_check(component *self, unsigned reference, size_t element, int boolean,
-                       double value) {
+result component_check(component *self, unsigned reference, int boolean, const double *values) {
     const model_variable *v = find(self, reference, boolean);
     if (v == NULL) return RESULT_ERROR;
-    size_t wheel = wheel_of(self, reference, element);
+    size_t first = wheel_of(self, reference, 0), count = component_size(self, reference);
     int running = (RUNNING >> self->now->stage & 1u) != 0;
     int moving = self->now->stage == CONTINUOUS; /* a solver sets the states */
     const char *why = NULL;
@@ -488,15 +486,19 @@ result component_check(component *self, unsigned reference, size_t element, int 
     else if (running && (v->role == FIXED_PARAMETER || (v->role == STATE && !moving)))
         why = " after initialization";
     if (why != NULL)
-        return component_log(self, RESULT_ERROR, "%s cannot be set%s", NAME_AT(v, wheel), why);
-    return check_range(self, v, wheel, value);
+        return component_log(self, RESULT_ERROR, "%s cannot be set%s", NAME_AT(v, first), why);
+    result status = RESULT_OK;
+    for (size_t k = 0; k < count && status == RESULT_OK; k++)
+        status = check_range(self, v, first + k, values[k]);
+    return status;
 }
 
-void component_put(component *self, unsigned reference, size_t element, double value) {
-    size_t i = index_of(self, reference), wheel = wheel_of(self, reference, element);
-    size_t end = self->is_common[i] ? self->wheels : wheel + 1;
-    for (size_t w = wheel; w < end; w++)
-        model_set(&self->model->variables[i], &self->now->values[w], value);
+void component_put(component *self, unsigned reference, const double *values) {
+    size_t i = index_of(self, reference), first = wheel_of(self, reference, 0);
+    size_t count = self->is_common[i] ? self->wheels : component_size(self, reference);
+    for (size_t k = 0; k < count; k++)
+        model_set(&self->model->variables[i], &self->now->values[first + k],
+                  values[self->is_common[i] ? 0 : k]);
     self->now->stale = 1;
 }
 

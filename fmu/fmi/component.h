@@ -91,13 +91,11 @@ result component_update_flags(component *self); /* at an event */
 /* Number of elements of a variable, 1 without arrays. */
 size_t component_size(const component *self, unsigned reference);
 size_t component_total_size(const component *self, const unsigned *references, size_t n);
-/* Elements of variables by reference; truth values are 0 or 1. */
-result component_get(component *self, unsigned reference, size_t element, int boolean,
-                     double *value);
+/* All elements of a variable by reference; truth values are 0 or 1. */
+result component_get(component *self, unsigned reference, int boolean, double *values);
 /* Check all values of a call first, then set them, so that the call sets all of them or none. */
-result component_check(component *self, unsigned reference, size_t element, int boolean,
-                       double value);
-void component_put(component *self, unsigned reference, size_t element, double value);
+result component_check(component *self, unsigned reference, int boolean, const double *values);
+void component_put(component *self, unsigned reference, const double *values);
 
 result component_step(component *self, double point, double step);
 

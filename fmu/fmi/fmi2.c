@@ -81,8 +81,8 @@ STAGE(EnterInitializationMode, IN(INSTANTIATED), INITIALIZING)
 /* ---- values -------------------------------------------------------------------------------- */
 
 #define IF_EXCHANGED(status) (core->model_exchange ? STATUS(status) : undiscarded(status))
-VALUES_OF(Real, 0, IF_EXCHANGED, value, values[place], , )
-VALUES_OF(Boolean, 1, undiscarded, value != 0.0, values[place] != fmi2False, , )
+VALUES_OF(Real, 0, IF_EXCHANGED, number[k], *value, , )
+VALUES_OF(Boolean, 1, undiscarded, number[k] != 0.0, *value != fmi2False, , )
 
 #define ABSENT_TYPE(type)                               \
     OF_NONE(Get##type, REFERENCES, fmi2##type values[]) \

@@ -101,8 +101,8 @@ static fmi3Status check_count(component *core, const fmi3ValueReference referenc
 #define CHECK_COUNT \
     if (check_count(core, references, n, value_count) != fmi3OK) return fmi3Error
 
-VALUES_OF(Float64, 0, STATUS, value, values[place], COUNTED, CHECK_COUNT)
-VALUES_OF(Boolean, 1, STATUS, value != 0.0, values[place], COUNTED, CHECK_COUNT)
+VALUES_OF(Float64, 0, STATUS, number[k], *value, COUNTED, CHECK_COUNT)
+VALUES_OF(Boolean, 1, STATUS, number[k] != 0.0, *value, COUNTED, CHECK_COUNT)
 
 #define ABSENT_TYPE(type)                                       \
     OF_NONE(Get##type, REFERENCES, fmi3##type values[] COUNTED) \

@@ -93,36 +93,38 @@ CALL_ALONE(Reset) {
 
 /* Getter and setter of real numbers and of truth values; the last parameters are what the version
  * adds to theirs, and checks. A setter checks all values, then sets them. */
-#define EACH_ELEMENT(i, k, place)                                      \
-    for (size_t i = 0, place = 0; i < n && status == RESULT_OK; i++)   \
-        for (size_t k = 0, size = component_size(core, references[i]); \
-             k < size && status == RESULT_OK; k++, place++)
-
-#define VALUES_OF(type, boolean, status_of, from_double, to_double, further, check) \
-    CALL(Get##type, REFERENCES, FMI(type) values[] further) {                       \
-        CORE(c, ANY_STAGE);                                                         \
-        NEEDS(n, references);                                                       \
-        check;                                                                      \
-        NEEDS(n, values);                                                           \
-        result status = RESULT_OK;                                                  \
-        EACH_ELEMENT(i, k, place) {                                                 \
-            double value = 0.0;                                                     \
-            status = component_get(core, references[i], k, boolean, &value);        \
-            if (status == RESULT_OK) values[place] = from_double;                   \
-        }                                                                           \
-        return status_of(status);                                                   \
-    }                                                                               \
-    CALL(Set##type, REFERENCES, const FMI(type) values[] further) {                 \
-        CORE(c, BEFORE_RUN | RUNNING);                                              \
-        NEEDS(n, references);                                                       \
-        check;                                                                      \
-        NEEDS(n, values);                                                           \
-        result status = RESULT_OK;                                                  \
-        EACH_ELEMENT(i, k, place)                                                   \
-        status = component_check(core, references[i], k, boolean, to_double);       \
-        EACH_ELEMENT(i, k, place)                                                   \
-        component_put(core, references[i], k, to_double);                           \
-        return STATUS(status);                                                      \
+#define VALUES_OF(type, boolean, status_of, from_double, to_double, further, check)           \
+    CALL(Get##type, REFERENCES, FMI(type) values[] further) {                                 \
+        CORE(c, ANY_STAGE);                                                                   \
+        NEEDS(n, references);                                                                 \
+        check;                                                                                \
+        NEEDS(n, values);                                                                     \
+        result status = RESULT_OK;                                                            \
+        for (size_t i = 0; i < n && status == RESULT_OK; i++) {                               \
+            double number[MAX_WHEELS];                                                        \
+            size_t size = component_size(core, references[i]);                                \
+            status = component_get(core, references[i], boolean, number);                     \
+            for (size_t k = 0; k < size && status == RESULT_OK; k++) *values++ = from_double; \
+        }                                                                                     \
+        return status_of(status);                                                             \
+    }                                                                                         \
+    CALL(Set##type, REFERENCES, const FMI(type) values[] further) {                           \
+        CORE(c, BEFORE_RUN | RUNNING);                                                        \
+        NEEDS(n, references);                                                                 \
+        check;                                                                                \
+        NEEDS(n, values);                                                                     \
+        result status = RESULT_OK;                                                            \
+        for (int setting = 0; setting < 2; setting++) {                                       \
+            const FMI(type) *value = values;                                                  \
+            for (size_t i = 0; i < n && status == RESULT_OK; i++) {                           \
+                double number[MAX_WHEELS];                                                    \
+                size_t size = component_size(core, references[i]);                            \
+                for (size_t k = 0; k < size; k++, value++) number[k] = to_double;             \
+                if (setting) component_put(core, references[i], number);                      \
+                else status = component_check(core, references[i], boolean, number);          \
+            }                                                                                 \
+        }                                                                                     \
+        return STATUS(status);                                                                \
     }
 
 /* ---- saved states -------------------------------------------------------------------------- */

@@ -37,7 +37,7 @@ static void read_values(component *core) {
         double value;
         unsigned of = i / (unsigned)core->wheels, wheel = i % (unsigned)core->wheels;
         int boolean = strcmp(core->model->variables[of].unit, TRUTH) == 0;
-        if (component_get(core, of + MAX_VARIABLES * wheel, 0, boolean, &value) == RESULT_OK)
+        if (component_get(core, of + MAX_VARIABLES * wheel, boolean, &value) == RESULT_OK)
             MUST(isfinite(value));
     }
 }

@@ -81,9 +81,8 @@ DEFECTS = {
     "several values are set or none": (
         "fmi",
         "fmi_calls.h",
-        "status = component_check(core, references[i], k, boolean, to_double);",
-        "if ((status = component_check(core, references[i], k, boolean, to_double)) == "
-        "RESULT_OK) component_put(core, references[i], k, to_double);",
+        "if (setting) component_put(core, references[i], number);",
+        "component_put(core, references[i], number); if (setting) continue;",
     ),
 }
 
