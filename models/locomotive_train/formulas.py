@@ -22,7 +22,16 @@ Arrays = tuple[FloatArray, ...]
 
 
 class Recorded:
-    """A function from arrays of these shapes to several arrays, which NumPy alone calculates."""
+    """A function of arrays, recorded as operations on numbers.
+
+    Parameters
+    ----------
+    function : callable
+        Function of arrays that returns several. It must work on arrays of objects, and may have no
+        branch that depends on their values.
+    *shapes : tuple of int
+        Shape of each argument.
+    """
 
     def __init__(self, function: Callable[..., Arrays], *shapes: tuple[int, ...]) -> None:
         symbols = [casadi.SX.sym("argument", int(np.prod(shape))) for shape in shapes]

@@ -19,7 +19,7 @@ OUTPUTS = ("creep_force", "lateral_force", "spin_moment")
 
 
 def inputs(element: cl.ForceElement, motion: Motion) -> FloatArray:
-    """Inputs of the force element at each wheel but for the friction, in the order of INPUTS.
+    """Inputs of the force element at each wheel without friction, in the order of INPUTS.
 
     The element has one radius: its `omega` is the one that gives the true slip.
     """
@@ -32,7 +32,7 @@ class Source(Protocol):
     """Source of the wheels' forces."""
 
     def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at inputs, or their means over a step from them [N, N, N.m]."""
+        """Forces at these inputs, or their means over a step from there [N, N, N.m]."""
 
 
 class Element:
@@ -42,7 +42,7 @@ class Element:
         self._element = locomotive.wheel
 
     def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at inputs of one time or of many; it takes no steps."""
+        """Forces at these inputs, of one time or of many; it takes no steps."""
         found = self._element.evaluate(**dict(zip(INPUTS, [*given, friction], strict=True)))
         return np.stack([found[name] for name in OUTPUTS])
 
@@ -90,7 +90,7 @@ class Fmu:
             self._fmu.enterContinuousTimeMode()
 
     def forces(self, given: FloatArray, friction: FloatArray, time: float, step: float) -> Forces:
-        """Forces at the inputs, or their means over the step."""
+        """Forces at these inputs, or their means over the step."""
         self._inputs.array[:-1], self._inputs.array[-1] = given, friction
         self._fmu.fmi3SetFloat64(self._fmu.component, *self._inputs.arguments)
         if not self._exchange:
