@@ -328,7 +328,7 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     const force_element_parameters *p = &v.contact;
     int remembering = p->relaxation_length > 0.0;
     double longest = remembering ? 0.01 * p->relaxation_length / fabs(v.input.speed) : INFINITY;
-    if (!m->has_contact || v.body.inertia == 0.0) return longest; /* no wheelset that slips */
+    if (!m->has_contact || !m->moves) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
     v.input.held_traction = v.input.held_lateral = 0.0;
     v.input.unslipped = 1.0;

@@ -177,7 +177,7 @@ class Motion(NamedTuple):
 
 
 def vectors(x: FloatArray, y: Any, z: Any) -> FloatArray:
-    """Vectors from their components; the first has the shape of all."""
+    """Vectors from their components; the first has the shape and type of all."""
     found = np.empty((*x.shape, 3), x.dtype)
     found[..., 0], found[..., 1], found[..., 2] = x, y, z
     return found
