@@ -62,7 +62,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
     fmu = Fmu(rig, tmp_path / "a b")
     program = sanitized.program("test_native")
     tables = [rig.wheelset.element.table, *line_coverage.shapes(cohesive_table)]
-    for table, points in zip(tables, ("2000", "500", "500", "500"), strict=True):
+    for table, points in zip(tables, ("10000", "2000", "2000", "2000"), strict=True):
         table.save(fmu.resources / "creep_table.bin")
         clean([program, points, fmu.location, fmu.token])
 
