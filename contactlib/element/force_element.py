@@ -294,7 +294,10 @@ class ForceElement(Parameters):
         contact = self.contact
         width, lengths = contact.semi_width, contact.relaxation_lengths
         layer = LAYER_LINE if isinstance(contact, LineContact) else LAYER_ELLIPSE
-        clean, slope = (self.table.slope(0.0, self.k_hat, lam) for lam in (0.0, self.layer_ratio))
+        steepest = self.table.steepest_creepage
+        clean, slope = (
+            self.table.slope(steepest, self.k_hat, lam) for lam in (0.0, self.layer_ratio)
+        )
         softer = float(clean / slope) - 1.0
         along, across = (
             (float(length) + share * layer.length) / (1.0 + share)
@@ -348,6 +351,18 @@ class ForceElement(Parameters):
         return saturation_creepage(
             self.contact, self.friction, slope_reduction=self.slope_reduction
         )
+
+    def steepest_gradient(self, speed: float) -> float:
+        """Largest gradient of the force by slip velocity at the nominal load [N.s/m].
+
+        It is that without slip, but for a measured curve that rises in an S.
+
+        Parameters
+        ----------
+        speed : float
+            Forward velocity [m/s].
+        """
+        return self.native.steepest_gradient(speed)
 
     def saturation_creepage_at(
         self, *, normal_load: float | None = None, friction_scale: float = 1.0

@@ -52,7 +52,7 @@ def experiment(description: Description) -> Experiment:
     """The default experiment: a step that is stable however the FMU is run.
 
     It is half of the stable limit for a held force and an explicit solver at the start values,
-    where the slip is zero and the contact stiffest. The implicit mode allows more, but not in model
+    where the contact sticks and is stiffest. The implicit mode allows more, but not in model
     exchange.
     """
     contact, kind = description.native_contact, description.kind
@@ -68,7 +68,7 @@ def experiment(description: Description) -> Experiment:
 def longest_step(description: Description) -> float:
     """Largest stable step over which the force may be held at the start values [s].
 
-    The slip is zero there, and the force the stiffest.
+    The contact sticks there, and its force is the stiffest.
     """
     held = replace(description, implicit=False)
     native = kernel.NativeModel(held.kind, held.native_contact, held.start_values)

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import metadata
 from string import Template
-from typing import Any
 
 import numpy as np
 
@@ -243,11 +242,11 @@ def coupling(description: Description) -> str:
 
 
 def _step_table(description: Description) -> str:
-    """Slip pole and longest stable steps at zero creepage, for several speeds."""
+    """Largest slip pole and longest stable steps, for several speeds."""
     element, kind = description.element, description.kind
     speeds = np.array(SPEEDS)
-    record: Any = element.evaluate(omega=speeds / element.radius, speed=speeds)
-    poles = record["force_gradient"] * description.effective_inverse_mass
+    gradients = np.array([element.steepest_gradient(speed) for speed in SPEEDS])
+    poles = gradients * description.effective_inverse_mass
     sequential = 2.0 / poles
     if description.remembers and kind == "force_element":  # then speed is not regularised
         stiffness = poles[-1] * speeds[-1]
@@ -266,7 +265,7 @@ def _step_table(description: Description) -> str:
         heads += ["longest step in ms, sequential", "parallel"]
         columns += [1e3 * sequential, 1e3 / poles]
     rows = ([_rounded(value) for value in row] for row in zip(*columns, strict=True))
-    caption = "This model at its nominal load and zero creepage, where the pole is largest"
+    caption = "This model at its nominal load while the wheel sticks, where the pole is largest"
     if isinstance(description.model.wheelset, Missing):
         caption += "; its effective inverse mass is assumed: steps change inversely with your own"
     return _table(caption, heads, rows, "steps")

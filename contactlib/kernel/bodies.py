@@ -113,6 +113,12 @@ class NativeForceElement:
         library().force_element_evaluate(self._table.struct, self._parameters, given, result)
         return result
 
+    def steepest_gradient(self, speed: float) -> float:
+        """Largest gradient of the force by slip velocity at the nominal load [N.s/m]."""
+        at = speed / self._parameters.radius, speed, self.nominal_load, 1.0
+        given, rolling = ffi.new("force_element_input *", at), self.evaluate_one(*at)
+        return float(library().force_element_steepest(*self.structs, given, rolling))
+
     def roll(
         self,
         creepage: FloatArray,

@@ -194,6 +194,14 @@ class CreepForceTable:
         return float(self.native.struct.k_max)
 
     @property
+    def steepest_creepage(self) -> float:
+        """Normalized creepage at which the law rises most steeply [1].
+
+        It is zero, but for a measured curve that rises in an S.
+        """
+        return float(self.native.struct.steepest_creepage)
+
+    @property
     def layered(self) -> bool:
         """Whether the law may have a layer."""
         return bool(self.native.struct.layer_w)

@@ -14,8 +14,9 @@ static const double LONG_STEP = 1000.0;
  * slip pole lambda, or h lambda < 1 if both sides step at once. A contact with memory is a spring,
  * never stiffer than while it sticks: h < 2/omega is enough too, with the frequency omega of the
  * wheel on that spring. */
-static double stable_step(const model_values *v) {
-    double gradient = fabs(v->output.force_gradient), pole = gradient * v->effective_inverse_mass;
+static double stable_step(const creep_table *table, const model_values *v) {
+    double gradient = fabs(force_element_steepest(table, &v->contact, &v->input, &v->output));
+    double pole = gradient * v->effective_inverse_mass;
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
     if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
         double load = is_loaded(&v->contact, v->input.normal_load) ? v->input.normal_load : 0.0;
@@ -51,7 +52,7 @@ static int is_stepped(const model_values *v) {
 void evaluate_force(const creep_table *table, model_values *values, size_t n) {
     if (is_stepped(values)) return; /* wheels are stepped together */
     evaluate_contacts(table, values, n);
-    for (size_t i = 0; i < n; i++) values[i].step_size_hint = stable_step(&values[i]);
+    for (size_t i = 0; i < n; i++) values[i].step_size_hint = stable_step(table, &values[i]);
 }
 
 #ifndef ONE_FILE_KERNEL

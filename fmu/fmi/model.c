@@ -334,7 +334,7 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     v.input.unslipped = 1.0;
     m->evaluate(table, &v, 1);
     double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
-    double pole = v.output.force_gradient * inverse_mass;
+    double pole = force_element_steepest(table, p, &v.input, &v.output) * inverse_mass;
     return fmin(longest, (remembering ? 1.0 : 2.0) / pole);
 }
 

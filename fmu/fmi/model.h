@@ -96,8 +96,9 @@ CONTACTLIB_API int model_has(const model_variable *variable, const model_values 
 CONTACTLIB_API double model_get(const model_variable *variable, const model_values *values);
 CONTACTLIB_API void model_set(const model_variable *variable, model_values *values, double value);
 
-/* Largest step with which Euler's method integrates the states stably at zero slip, where they are
- * stiffest, and up to twice the saturation creepage; infinite if there are no stiff ones [s]. */
+/* Largest step with which Euler's method integrates the states stably while the wheel sticks, where
+ * they are stiffest, and up to twice the saturation creepage; infinite if there are no stiff ones
+ * [s]. */
 CONTACTLIB_API double model_explicit_step(const model *m, const creep_table *table,
                                           const model_values *values);
 

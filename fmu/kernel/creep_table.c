@@ -46,6 +46,23 @@ double creep_table_place(double normalized_creepage, double k_hat) {
     return solve_coordinate(normalized_creepage, k_hat).t;
 }
 
+/* Find the steepest place of a table of one axis: a measured curve may rise in an S. */
+static void find_steepest(creep_table *table) {
+    enum { PER_CELL = 8 };
+    table->steepest_creepage = table->steepest_slope = 0.0;
+    if (!table->one_axis) return;
+    size_t n = (size_t)PER_CELL * table->cells_u;
+    for (size_t i = 0; i < n; i++) {
+        creep_value q;
+        double u = (double)i / (double)n, x = u / (1.0 - u);
+        creep_table_evaluate(table, x, 0.0, 0.0, &q);
+        if (i == 0 || q.slope > table->steepest_slope * (1.0 + 1e-9)) {
+            table->steepest_creepage = x;
+            table->steepest_slope = q.slope;
+        }
+    }
+}
+
 const char *creep_table_open(creep_table *table, const void *bytes, size_t size) {
     const unsigned char *start = bytes;
     const char *error = checked_file_error(bytes, size, "CREEPTAB", TABLE_VERSION);
@@ -85,6 +102,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     for (size_t i = 0; i < layered; i++)
         if (!(fabs((double)table->layer_coefficients[i]) <= MAX_NUMBER))
             return "the table holds a number that is not finite or beyond 1e9";
+    find_steepest(table);
     return NULL;
 }
 #endif /* ONE_FILE_KERNEL */

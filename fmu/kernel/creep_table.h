@@ -54,6 +54,9 @@ typedef struct {
     /* Of one ellipse, see lateral_spin_law.h; or NULL. */
     const struct lateral_spin_contact *lateral_spin;
     const struct creep_forces *pair; /* of any ellipse, see creep_forces.h; or NULL */
+    /* Where q rises most steeply, and its slope there. For two axes the place is zero, and the
+     * slope is not set: it depends on k_hat and the layer. */
+    double steepest_creepage, steepest_slope;
 } creep_table;
 
 typedef struct {

@@ -58,6 +58,19 @@ void force_element_evaluate_each(const creep_table *table, const force_task *tas
         force_element_evaluate(table, tasks[i].parameters, tasks[i].input, tasks[i].output);
 }
 
+double force_element_steepest(const creep_table *table, const force_element_parameters *parameters,
+                              const force_element_input *in, const force_element_output *out) {
+    if (!table->one_axis || fabs(out->normalized_creepage) >= table->steepest_creepage ||
+        !can_grip(parameters, in))
+        return out->force_gradient;
+    force_element_parameters p = force_element_at_load(parameters, in->normal_load);
+    double reference, slope; /* friction multiplies force and zeta0 alike */
+    regularized_speed(in->speed, slowest_speed(&p), &reference, &slope);
+    double per_creepage =
+        in->normal_load * p.kinetic_friction / contact_scales_of(&p).saturation_creepage;
+    return larger(out->force_gradient, per_creepage * table->steepest_slope / reference);
+}
+
 #ifndef ONE_FILE_KERNEL
 double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
 

@@ -112,6 +112,14 @@ CONTACTLIB_API void thermal_softening_many(int elliptic, size_t n, const double 
                                            const double *heat_number, const double *k_hat,
                                            double *fraction);
 
+/* The largest force gradient at creepages from that of the input on, in traction or in braking,
+ * where the force still rises; elsewhere that of the output, which must belong to the input
+ * [N.s/m]. */
+CONTACTLIB_API double force_element_steepest(const creep_table *table,
+                                             const force_element_parameters *parameters,
+                                             const force_element_input *input,
+                                             const force_element_output *output);
+
 /* Output at one input. Parameters and input must be valid. */
 CONTACTLIB_API void force_element_evaluate(const creep_table *table,
                                            const force_element_parameters *parameters,

@@ -21,12 +21,13 @@ import pytest
 from exported_fmu import exported, fitting
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
-from native_models import with_memory
+from native_models import shifted_curve, with_memory
 from plain_scenario import controls
 
 import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
+from contactlib.export.package import longest_step
 from contactlib.runs import FmuSource, KernelSource
 
 VERSIONS = (2, 3)
@@ -726,6 +727,31 @@ def test_wrong_parallel_exchange_is_reported_once(
         tool.start(**start)
         coupled(tool, locomotive.wheelset, speed=5.0, step=5e-3, parallel=does)
         assert len(tool.log) == 2
+
+
+@pytest.mark.parametrize("shift", [1e-3, 4e-3])
+def test_steps_that_are_too_long_for_a_curve_that_rises_in_an_s_are_reported(
+    rig: cl.Model, tmp_path: Path, shift: float
+) -> None:
+    model = shifted_curve(rig, shift)
+    wheelset, speed = model.wheelset, 10.0
+    limit = longest_step(Description(model, "force_element"))
+    folder = exported(model, tmp_path)
+    sliding = 0.3 * wheelset.radius * wheelset.element.normal_load
+    for factor in (0.4, 3.0):
+        with Instance(folder).start(omega=speed / wheelset.radius, speed=speed) as tool:
+            coupled(
+                tool,
+                wheelset,
+                speed=speed,
+                step=factor * limit,
+                parallel=False,
+                torques=(0.5 * sliding,),
+            )
+            if factor < 1.0:
+                assert tool.log == []
+            else:
+                warns(tool, f"are longer than the largest stable one of {limit:.2g}"[:-1])
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,16 @@ def with_memory(model: cl.Model, memory: bool = True) -> cl.Model:
     return replace(model, wheelset=replace(model.wheelset, element=element))
 
 
+def shifted_curve(rig: cl.Model, shift: float) -> cl.Model:
+    """The rig with a measured curve whose creepages are wrong by a shift."""
+    zeta = np.geomspace(0.02, 4.0, 40) * 1e-2
+    curve = cl.MeasuredCurve(zeta + shift, 0.3 * np.tanh(zeta / 0.006), smoothing=1e-9)
+    element = cl.ForceElement.from_curve(
+        curve, rig.wheelset.element.contact, radius=rig.wheelset.radius
+    )
+    return replace(rig, wheelset=replace(rig.wheelset, element=element))
+
+
 def native(description: Description, **start: float) -> kernel.NativeModel:
     contact = description.native_contact
     values = {**description.start_values, **start}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from native_models import native, steady_memory, with_memory
+from native_models import native, shifted_curve, steady_memory, with_memory
 
 import contactlib as cl
 from contactlib import kernel
@@ -221,6 +221,30 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, memory
         assert not grows(0.97 * exact)
         limit = float(exact)
     assert grows(1.05 * limit)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-3, 4e-3])
+@pytest.mark.parametrize("load", [0.5, 1.0])
+def test_steps_fit_the_steepest_place_of_a_curve_that_rises_in_an_s(
+    rig: cl.Model, shift: float, load: float
+) -> None:
+    model, speed = shifted_curve(rig, shift), 5.0
+    description = Description(model, "force_element", whole_wheelset=True)
+    element, m = description.element, description.start_values["effective_inverse_mass"]
+    zeta = np.linspace(-0.02, 0.02, 4001)
+    given = {"speed": speed, "normal_load": load * element.normal_load}
+    gradient = element.at_creepage(zeta, **given)["force_gradient"]
+    largest, place = gradient.max(), abs(zeta[gradient.argmax()])
+    assert (place > 0.5 * shift) if shift else (place < 1e-4)
+    if load == 1.0:
+        assert element.steepest_gradient(speed) == pytest.approx(largest, rel=2e-3)
+    for at in (0.0, -0.9 * place, 0.5 * place):  # where the wheel sticks
+        omega = (1.0 + at) * speed / element.radius
+        found = native(description, omega=omega, **given)
+        assert found.get("step_size_hint")[0] == pytest.approx(1.0 / (largest * m), rel=2e-3)
+    beyond = native(description, omega=(1.0 + 1.5 * place + 1e-3) * speed / element.radius, **given)
+    own = 1.0 / (beyond.get("force_gradient")[0] * m)
+    assert beyond.get("step_size_hint")[0] == pytest.approx(own, rel=1e-9)
 
 
 def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model) -> None:
