@@ -177,8 +177,10 @@ def outlook(scenario: Scenario) -> list[str]:
     fastest = reduced_frequency(drivetrain.wheelset, max(rates), speed=speed)
     if fastest > STEADY_ROLLING:
         advice = "" if remembers else "; for the runs, add memory = true to [contact]"
+        # Memory is in the poles, but not in a plant g/(s - p).
+        what = "the ranges of gains are" if remembers else "analysis is"
         lines.append(
-            f"rolling at {speed:g} m/s is not steady, and analysis is inaccurate: the largest "
+            f"rolling at {speed:g} m/s is not steady, and {what} inaccurate: the largest "
             f"rate, {max(rates):.3g} 1/s, has the reduced frequency {fastest:.2g}, above "
             f"{STEADY_ROLLING:g}{advice}"
         )

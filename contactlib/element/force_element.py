@@ -325,6 +325,11 @@ class ForceElement(Parameters):
         """The kernel's force element, which does not check its input."""
         return kernel.NativeForceElement(self.native_contact, self.parameters)
 
+    @cached_property
+    def rolling_native(self) -> kernel.NativeForceElement:
+        """The same as the element moves: with its memory, if it has one."""
+        return kernel.NativeForceElement(self.native_contact, self.rolling_parameters)
+
     @property
     def lateral_spin_data(self) -> bytes:
         """Data of the contact for lateral and spin force, as an FMU's resource."""

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement
 
-from contactlib import kernel
 from contactlib.base.text import version as tool_version
 from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
@@ -131,7 +130,7 @@ def operating_point(model: Model) -> dict[str, float]:
     saturation = wheelset.element.saturation_creepage
     creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
     element, omega = wheelset.element, (1.0 + creepage) * speed / wheelset.radius
-    native = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
+    native = element.rolling_native
     steady = native.evaluate_one(omega, speed, element.normal_load, 1.0)
     return {
         "drive_torque": float(curve.torque(creepage)),

@@ -106,9 +106,12 @@ class NativeForceElement:
         function = library().force_element_evaluate_many
         return _evaluated("force_element", function, self.structs, inputs)
 
-    def evaluate_one(self, omega: float, speed: float, load: float, friction_scale: float) -> Any:
-        """Output struct at one point: the fast way for an integrator."""
-        given = ffi.new("force_element_input *", (omega, speed, load, friction_scale))
+    def evaluate_one(self, *inputs: float) -> Any:
+        """Output struct at one point: the fast way for an integrator.
+
+        The inputs are omega, speed, load, friction scale and, with memory, its three states.
+        """
+        given = ffi.new("force_element_input *", inputs)
         result = ffi.new("force_element_output *")
         library().force_element_evaluate(self._table.struct, self._parameters, given, result)
         return result

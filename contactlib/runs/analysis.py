@@ -13,6 +13,7 @@ from contactlib.stability import clearing, creep_control_gain, delay_limit, redu
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, WorstPole
 
 DRIVING = "while driving; nan where the demand brakes"
+STEADY = "in steady rolling " + DRIVING
 LOWEST = "the track's lowest friction and slope, of any wheel and time"
 
 
@@ -21,7 +22,8 @@ class Analysis:
 
     The torque is the demand of the largest size; the patch has the smallest friction factor that
     the track has under any wheel at any time, and its smallest factor on the slope. Results that
-    several outcomes use are computed once. Critical torques are for driving, where damping
+    several outcomes use are computed once. Clearing and the gain take rolling as steady, poles
+    contain the memory of a contact. Critical torques are for driving, where damping
     increases them; in braking it decreases them.
     """
 
@@ -75,7 +77,7 @@ class Analysis:
             return 0.0, 0.0
         try:
             found = clearing(
-                self.wheelset,
+                self.wheelset.without_memory(),
                 drive_torque=self.torque,
                 speed=self.speed,
                 friction_scale=self.patch,
@@ -95,8 +97,10 @@ class Analysis:
     @property
     def gain(self) -> float:
         """Minimum gain of creep control that stabilises the steepest point."""
-        point = self.wheelset.balanced(creepage=self.worst.creepage, speed=self.speed)
-        return max(0.0, creep_control_gain(self.wheelset, point))
+        steady = self.wheelset.without_memory()
+        worst = CreepCurve(steady, speed=self.speed).worst_pole
+        point = steady.balanced(creepage=worst.creepage, speed=self.speed)
+        return max(0.0, creep_control_gain(steady, point))
 
 
 def _fold(curve: CreepCurve) -> Fold | None:
@@ -175,18 +179,18 @@ ANALYSES = {
     ),
     "required_gain": Outcome(
         "N.m",
-        "smallest gain of creep control that holds the steepest point",
+        "smallest gain of creep control that holds the steepest point in steady rolling",
         analyse=lambda a: a.gain,
         zero="needs none",
     ),
     "clearing_time": _clearing(
         "s",
-        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {STEADY}",
         analyse=lambda a: a.clearing[0],
     ),
     "clearing_distance": _clearing(
         "m",
-        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
+        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {STEADY}",
         analyse=lambda a: a.clearing[1],
     ),
 }

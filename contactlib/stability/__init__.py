@@ -12,6 +12,7 @@ from contactlib.stability.gains import (
     reduced_plant,
 )
 from contactlib.stability.poles import (
+    SteadyRollingWarning,
     approximate_pole,
     fast_pole,
     poles,
@@ -34,6 +35,7 @@ __all__ = [
     "Controllability",
     "ReducedPlant",
     "SCurve",
+    "SteadyRollingWarning",
     "Window",
     "approximate_pole",
     "basin",

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from contactlib import kernel
 from contactlib.base.quantities import POSITIVE, FloatArray, checked
+from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs
 from contactlib.vehicle.continuous_control import TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve
@@ -68,7 +69,7 @@ def move_until(
 ) -> Arrival:
     """Integrate the equations of motion until a sum of signals passes a level.
 
-    Rolling is steady: backward in time the memory of a contact would diverge.
+    The contact must have no memory, which would diverge backward in time.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def move_until(
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
     scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
     run = kernel.run_wheelset(
-        Drivetrain(wheelset.without_memory()).native,
+        Drivetrain(wheelset).native,
         TorqueControl(Profile.of(drive_torque)).native,
         {"speed": at.speed, "omega": omega},
         span=(0.0, horizon),
@@ -165,7 +166,7 @@ def basin(
     """
     torque = checked_torque(drive_torque)
     at = wheelset.conditions(at, **given)
-    curve = CreepCurve(wheelset, at)
+    curve = CreepCurve(steady_rolling(wheelset, "basin", at), at)
     states = curve.steady(torque)
     i = int(np.abs(states.creepage).argmin()) if states.creepage.size else 0
     try:
@@ -193,6 +194,9 @@ def separatrix(
     there is no border.
     """
     torque, speeds = checked_torque(drive_torque), checked("speed", speed, POSITIVE)
+    if speeds.size:
+        slowest = wheelset.conditions(speed=float(speeds.min()), **given)
+        wheelset = steady_rolling(wheelset, "separatrix", slowest)
     found = [basin(wheelset, drive_torque=torque, speed=float(v), **given) for v in speeds.flat]
     borders = [at.highest if torque >= 0.0 else at.lowest for at in found]
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)

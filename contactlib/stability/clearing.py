@@ -12,6 +12,7 @@ from functools import partial
 from typing import NamedTuple, Unpack
 
 from contactlib.stability.basin import Basin, basin, move_until
+from contactlib.stability.poles import steady_rolling
 from contactlib.stability.slip_away import slip_away_time
 from contactlib.vehicle.conditions import Conditions, GivenConditions
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
@@ -71,6 +72,7 @@ def clearing(
         If a value is out of range, or good friction cannot transmit the torque.
     """
     torque, at = checked_torque(drive_torque), wheelset.conditions(at, **given)
+    wheelset = steady_rolling(wheelset, "clearing", at)
     on_patch = wheelset.with_slope(slope)
     good = replace(at, friction_scale=1.0)
     border = basin(wheelset, good, drive_torque=torque)

@@ -22,7 +22,7 @@ from contactlib.base.quantities import (
     common_shape,
 )
 from contactlib.stability.delay import Window, proportional_window, sampled_delay
-from contactlib.stability.poles import fast_pole
+from contactlib.stability.poles import fast_pole, steady_rolling
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
@@ -67,7 +67,8 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     at = wheelset.conditions(
         speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
     )
-    return float(CreepCurve(wheelset, at).minimum_gain(point.creepage))
+    steady = steady_rolling(wheelset, "creep_control_gain", at)
+    return float(CreepCurve(steady, at).minimum_gain(point.creepage))
 
 
 class ReducedPlant(NamedTuple):

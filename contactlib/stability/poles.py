@@ -6,11 +6,13 @@ Closed forms of the linearisation in `vehicle.wheelset`. With kappa = Q'/V and F
          [ r kappa/M,            -(kappa (1 + zeta) + F')/M     ]]
 
 whose off-diagonal elements have the same sign: both eigenvalues are real, and the first one crosses
-zero where the determinant vanishes. Rolling is taken as steady: see `reduced_frequency`.
+zero where the determinant vanishes. A contact with memory adds its states to the linearisation,
+whose eigenvalues are then computed numerically.
 """
 
 from __future__ import annotations
 
+import warnings
 from typing import Unpack
 
 import numpy as np
@@ -26,7 +28,7 @@ from contactlib.base.quantities import (
     checked_number,
     common_shape,
 )
-from contactlib.element.force_element import creepage_limits
+from contactlib.element.force_element import RangeWarning, creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve, WorstPole
 from contactlib.vehicle.wheelset import Wheelset
@@ -103,9 +105,10 @@ def poles(
 
     Returns
     -------
-    ndarray, shape (..., 1) or (..., 2)
+    ndarray, shape (..., n)
         One eigenvalue if the speed is held, else two: those of creepage and vehicle speed. They
-        are real unless friction falls with slip speed.
+        are real unless friction falls with slip speed. A contact with memory adds two, of its held
+        force and of its part that has not slipped.
 
     Raises
     ------
@@ -118,6 +121,13 @@ def poles(
     limits = creepage_limits(wheelset.element, float(v.max(initial=slowest)))
     zeta = checked("creepage", creepage, limits)
     common_shape({"creepage": zeta, "speed": v})
+    if wheelset.element.memory:
+        load = wheelset.element.normal_load if normal_load is None else normal_load
+        given = {"normal_load": load, "friction_scale": friction_scale}
+        _ = wheelset.element.evaluate(omega=(1.0 + zeta) * v / wheelset.radius, speed=v, **given)
+        found = np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given))
+        found = found.astype(np.complex128)
+        return np.take_along_axis(found, np.argsort(-found.real, axis=-1, kind="stable"), axis=-1)
     r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
     contact = wheelset.element.evaluate(
         omega=(1.0 + zeta) * v / r,
@@ -152,12 +162,13 @@ def fast_pole(
 
     Arguments as for `poles`. For a held speed it is the only eigenvalue; for a free wheelset the
     unstable one or, if both are stable, the one farther from zero. `approximate_pole` is close.
+    The eigenvalues that a contact with memory adds count if they decay more slowly.
     """
     found = poles(
         wheelset, creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     ).real
-    first, last = found[..., 0], found[..., -1]
-    return np.asarray(np.where(first > 0.0, first, last))
+    first, own = found[..., 0], found[..., 0 if wheelset.speed_held else 1]
+    return np.asarray(np.where(first > 0.0, first, own))
 
 
 def worst_pole(
@@ -175,8 +186,9 @@ def reduced_frequency(
 ) -> FloatArray:
     """Rate of a change times the time in which the wheel rolls a semi-width, |rate| a/V [1].
 
-    The analyses of this subpackage assume steady rolling. Up to 0.5 the errors of slip-away times
-    and limit cycles are below about 5 %.
+    Poles and linearised systems contain the memory of a contact. Slip-away and clearing times, the
+    basin and the minimum gain take rolling as steady: up to 0.5 the errors of slip-away times and
+    limit cycles are below about 5 %.
 
     Parameters
     ----------
@@ -224,3 +236,38 @@ def reduced_frequency(
     p = wheelset.element.parameters
     growth = (at.normal_load / p["nominal_load"]) ** p["load_exponent"]
     return np.asarray(np.abs(checked("rate", rate, MODERATE)) * p["semi_width"] * growth / at.speed)
+
+
+class SteadyRollingWarning(RangeWarning):
+    """An analysis takes rolling as steady, although the contact has memory."""
+
+
+def steady_rolling(wheelset: Wheelset, name: str, at: Conditions) -> Wheelset:
+    """Return the wheelset without memory, for an analysis that takes rolling as steady.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        The wheelset.
+    name : str
+        Name of the analysis, for the warning.
+    at : Conditions
+        Its conditions.
+
+    Warns
+    -----
+    SteadyRollingWarning
+        If the contact has memory; with the reduced frequency of the largest pole.
+    """
+    if not wheelset.element.memory:
+        return wheelset
+    steady = wheelset.without_memory()
+    frequency = float(reduced_frequency(steady, worst_pole(steady, at).pole, at))
+    warnings.warn(
+        f"{name} takes rolling as steady, although the contact has memory: at {at.speed:g} m/s "
+        f"the largest pole has the reduced frequency p a/V = {frequency:.2g}; above "
+        f"{STEADY_ROLLING:g} errors exceed 5 %",
+        SteadyRollingWarning,
+        stacklevel=3,
+    )
+    return steady

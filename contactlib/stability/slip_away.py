@@ -15,6 +15,7 @@ from scipy.integrate import quad
 
 from contactlib.base.quantities import FINITE, POSITIVE, checked_number, derived
 from contactlib.element.force_element import creepage_limits
+from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.conditions import Conditions, GivenConditions
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
@@ -61,9 +62,8 @@ def slip_away_time(
     ValueError
         If a value is out of range.
     """
-    torque = checked_torque(drive_torque)
-    curve = CreepCurve(wheelset, at, **given)
-    speed = curve.at.speed
+    torque, at = checked_torque(drive_torque), wheelset.conditions(at, **given)
+    curve, speed = CreepCurve(steady_rolling(wheelset, "slip_away_time", at), at), at.speed
     first, last = (
         checked_number(name, value, creepage_limits(wheelset.element, speed))
         for name, value in (("start", start), ("end", end))
@@ -199,7 +199,8 @@ def slip_away_estimate(
     ValueError
         If a value is out of range, or there is no fold.
     """
-    curve = CreepCurve(wheelset, at, **given)
+    at = wheelset.conditions(at, **given)
+    curve = CreepCurve(steady_rolling(wheelset, "slip_away_estimate", at), at)
     torque, far = checked_torque(drive_torque), checked_number("end", end, FINITE)
     fold = curve.fold
     overload = torque / fold.drive_torque - 1.0

@@ -18,6 +18,7 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
 
 from contactlib.base.quantities import FloatArray, checked
 from contactlib.element.force_element import creepage_limits
@@ -151,9 +152,10 @@ class CreepCurve:
         """Pole of the creepage about its quasi-steady state, with the speed frozen [1/s].
 
         -(r/(J V)) dT_s/dzeta: negative where the torque rises. For a held speed it is the pole of
-        the wheelset; for a free one it is the fast pole up to terms of the size of F'/M.
+        the wheelset; for a free one it is the fast pole up to terms of the size of F'/M. Of a
+        contact with memory it is the largest real part of the eigenvalues, which has the same sign.
         """
-        return self._pole(self.slope(creepage))
+        return self._pole(self._points(creepage))
 
     def acceleration(self, creepage: ArrayLike) -> FloatArray:
         """Vehicle acceleration dV/dt at creepages [m/s2]: zero if the speed is held."""
@@ -162,7 +164,7 @@ class CreepCurve:
     def minimum_gain(self, creepage: ArrayLike) -> FloatArray:
         """Smallest proportional gain of creep control that holds creepages [N.m].
 
-        See `contactlib.stability.creep_control_gain`.
+        Rolling is taken as steady. See `contactlib.stability.creep_control_gain`.
         """
         return np.asarray(self._points(creepage)["minimum_gain"])
 
@@ -229,7 +231,24 @@ class CreepCurve:
     def worst_pole(self) -> WorstPole:
         """Largest `fast_pole` over the creepages of traction, and its creepage."""
         worst = self._native.worst()
-        return WorstPole(worst.pole, worst.creepage)
+        if worst.pole <= 0.0 or not self.wheelset.element.memory:
+            return WorstPole(worst.pole, worst.creepage)
+        # Sliding contacts follow the sooner the faster they slide, which moves it outward.
+        places = worst.creepage * np.geomspace(0.2, 50.0, 241)
+        best = int(self._growth(places).argmax())
+        low, high = places[max(best - 1, 0)], places[min(best + 1, places.size - 1)]
+        found = minimize_scalar(
+            lambda creepage: -float(self._growth(np.array(creepage))),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-7 * high},
+        )
+        return WorstPole(-float(found.fun), float(found.x))
+
+    def _growth(self, creepage: FloatArray) -> FloatArray:
+        """Largest real part of the eigenvalues at creepages [1/s]."""
+        matrices = self.wheelset.jacobians(creepage, **self.at.contact)
+        return np.asarray(np.linalg.eigvals(matrices).real.max(axis=-1))
 
     def states(self, creepage: ArrayLike) -> SteadyStates:
         """States at increasing creepages."""
@@ -239,12 +258,20 @@ class CreepCurve:
         limits = creepage_limits(self.wheelset.element, self.at.speed)
         return self._native.points(checked("creepage", creepage, limits))
 
-    def _pole(self, slope: FloatArray) -> FloatArray:
+    def _pole(self, points: NDArray[np.void]) -> FloatArray:
         body = self.wheelset
-        return np.asarray(-body.radius * slope / (body.inertia * self.at.speed))
+        if not body.element.memory:
+            return np.asarray(-body.radius * points["slope"] / (body.inertia * self.at.speed))
+        creepage = points["creepage"]
+        matrices = body.jacobians(creepage, **self.at.contact)
+        if not body.speed_held:  # of the slip velocity, which the vehicle's acceleration changes
+            rolling = (1.0 + creepage[..., np.newaxis]) / body.radius
+            matrices[..., 0, :] -= rolling * matrices[..., 1, :]
+            matrices = np.delete(np.delete(matrices, 1, axis=-1), 1, axis=-2)
+        return np.asarray(np.linalg.eigvals(matrices).real.max(axis=-1))
 
     def _states(self, points: NDArray[np.void]) -> SteadyStates:
-        pole = self._pole(points["slope"])
+        pole = self._pole(points)
         return SteadyStates(
             creepage=np.array(points["creepage"]),
             drive_torque=np.array(points["torque"]),

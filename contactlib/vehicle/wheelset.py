@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 
 INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
 NO_RESISTANCE = Resistance()
+MEMORY_STATES = ("held_traction", "unslipped")  # of a contact, as in fmu/kernel/memory.h
+STATES = ("omega", "speed", *MEMORY_STATES)
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
@@ -208,7 +210,6 @@ class Wheelset(Parameters):
         record = self.element.at_creepage(creepage, **at.contact)
         omega, force = (1.0 + creepage) * speed / self.radius, float(record["creep_force"])
         free, contact = self.rates(omega, speed, 0.0, load, friction_scale, 0.0)
-        jacobian = np.array([list(row) for row in free.jacobian])
         by_speed = 0.0  # exactly, where the difference below would leave rounding
         if self.element.friction.falls_with_slip_speed:
             by_speed = contact.force_by_speed + (1.0 + creepage) * contact.force_gradient
@@ -224,8 +225,62 @@ class Wheelset(Parameters):
             creep_force_slope=contact.force_gradient * abs(speed),
             creep_force_speed_slope=by_speed,
             resistance_slope=0.0 if self.mass is None else free.resistance_slope,
-            jacobian=jacobian[:1, :1] if self.mass is None else jacobian,
+            jacobian=self.jacobians(creepage, **at.contact),
         )
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states: ``speed`` unless it is held, and those of a contact with memory."""
+        moving = ("omega",) if self.speed_held else ("omega", "speed")
+        return (*moving, *MEMORY_STATES) if self.element.memory else moving
+
+    def jacobians(
+        self,
+        creepage: ArrayLike,
+        *,
+        speed: ArrayLike,
+        normal_load: ArrayLike,
+        friction_scale: ArrayLike = 1.0,
+    ) -> FloatArray:
+        """Jacobians of the equations of motion at points of steady rolling.
+
+        Parameters
+        ----------
+        creepage, speed, normal_load, friction_scale : array_like
+            Points [1, m/s, N, 1]; they broadcast. Checked by the caller.
+
+        Returns
+        -------
+        ndarray, shape (..., n, n)
+            Over the n `states`: angular velocity [rad/s], speed [m/s], creep force over load [1],
+            and the part of the contact that has not slipped [1]. Where part of the contact sticks
+            the last has a kink: its rate is that of growing slip, its force that of falling slip.
+        """
+        given = np.broadcast_arrays(creepage, speed, normal_load, friction_scale)
+        inputs = np.zeros(given[0].shape, kernel.struct_dtype("force_element_input"))
+        inputs["omega"] = (1.0 + given[0]) * given[1] / self.radius
+        for name, values in zip(("speed", "normal_load", "friction_scale"), given[1:], strict=True):
+            inputs[name] = values
+        native, resistance = self.element.rolling_native, self.resistance
+        contact: Any = native.evaluate(inputs)
+        if self.element.memory:
+            inputs["held_traction"] = contact["steady_traction"]
+            inputs["unslipped"] = contact["sticking"]
+            contact = native.evaluate(inputs)
+        found = np.zeros((*given[0].shape, 4, 4))
+        per_mass = 0.0 if self.mass is None else 1.0 / self.mass
+        growth = resistance.linear + 2.0 * resistance.quadratic * np.abs(given[1])  # F'
+        for column, by in enumerate(("omega", "speed", "traction")):
+            force = contact[f"force_by_{by}"]
+            found[..., 0, column] = -self.radius * force / self.inertia
+            found[..., 1, column] = force * per_mass
+        found[..., 0, 0] -= self.damping / self.inertia
+        found[..., 1, 1] -= growth * per_mass
+        for row, rate in enumerate(("traction", "unslipped"), start=2):
+            for column, by in enumerate(("omega", "speed", "traction", "unslipped")):
+                found[..., row, column] = contact[f"{rate}_by_{by}"]
+        kept = [STATES.index(name) for name in self.states]
+        return np.asarray(found[..., kept, :][..., kept])
 
     def equilibria(
         self,
@@ -291,8 +346,9 @@ class Wheelset(Parameters):
     def linearize(self, point: OperatingPoint) -> StateSpace:
         """Linear model about an operating point, for python-control.
 
-        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque`` and
-        ``resistance_force``; outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
+        States as in `states`: ``omega``, ``speed`` unless it is held, and with memory
+        ``held_traction`` and ``unslipped``; inputs ``drive_torque`` and ``resistance_force``;
+        outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
         """
         control = optional_library("control")
 
@@ -304,20 +360,22 @@ class Wheelset(Parameters):
             point.friction_scale,
             point.resistance_force,
         )
-        n = len(point.jacobian)
-        inverse_mass = 0.0 if self.mass is None else 1.0 / self.mass
-        by_state = [
-            [1.0, 0.0],
-            [0.0, 1.0],
-            [contact.creepage_by_omega, contact.creepage_by_speed],
-            [contact.force_by_omega, contact.force_by_speed],
-        ]
+        kept = [STATES.index(name) for name in self.states]
+        by_input, by_state = np.zeros((4, 2)), np.zeros((4, 4))
+        by_input[0, 0] = 1.0 / self.inertia
+        by_input[1, 1] = 0.0 if self.mass is None else -1.0 / self.mass
+        by_state[0, 0] = by_state[1, 1] = 1.0
+        by_state[2, :2] = contact.creepage_by_omega, contact.creepage_by_speed
+        if self.element.memory:  # the held traction is the force over the load
+            by_state[3, 2] = point.normal_load
+        else:
+            by_state[3, :2] = contact.force_by_omega, contact.force_by_speed
         return control.ss(
             point.jacobian,
-            np.array([[1.0 / self.inertia, 0.0], [0.0, -inverse_mass]])[:n],
-            np.array(by_state)[:, :n],
+            by_input[kept],
+            by_state[:, kept],
             np.zeros((4, 2)),
-            states=["omega", "speed"][:n],
+            states=list(self.states),
             inputs=["drive_torque", "resistance_force"],
             outputs=list(SIGNALS_OUT),
         )
@@ -325,8 +383,8 @@ class Wheelset(Parameters):
     def to_nlsys(self, *, speed: float | None = None) -> NonlinearIOSystem:
         """The equations of motion, for python-control.
 
-        States ``omega`` and, unless held, ``speed``; inputs ``drive_torque``, ``normal_load``,
-        ``friction_scale`` and ``resistance_force``, all needed in this order; outputs ``omega``,
+        States as in `states`; inputs ``drive_torque``, ``normal_load``, ``friction_scale`` and
+        ``resistance_force``, all needed in this order; outputs ``omega``,
         ``speed``, ``creepage``, ``creep_force``. `control.input_output_response` steps over a short
         pulse of an input unless its ``solve_ivp_kwargs`` have a ``max_step``; `simulate` does not.
 
@@ -347,17 +405,24 @@ class Wheelset(Parameters):
         if (speed is None) == self.speed_held:
             state = "is needed: the speed is held" if speed is None else "is a state, not given"
             raise ValueError(f"speed = {speed!r}: the speed of this wheelset {state}")
-        limits = kernel.force_input_limits()
+        limits, native = kernel.force_input_limits(), self.element.rolling_native
 
         def at(x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> tuple[Any, Any, float]:
             at_speed = given["speed"] if self.speed_held else x[1]
             for name, value in zip(SIGNALS_IN[1:3], u[1:3], strict=True):
                 checked(name, value, limits[name])
-            return *self.rates(x[0], at_speed, *u), at_speed
+            contact = native.evaluate_one(x[0], at_speed, u[1], u[2], *memory(x))
+            return self.native.motion(x[0], at_speed, u[0], u[3], contact), contact, at_speed
+
+        def memory(x: FloatArray) -> tuple[float, ...]:
+            return (x[-2], 0.0, x[-1]) if self.element.memory else ()
 
         def update(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
-            rates, _, _ = at(x, u, given)
-            return np.array([rates.omega_rate, rates.speed_rate])[: len(x)]
+            rates, contact, _ = at(x, u, given)
+            moving = np.array([rates.omega_rate, rates.speed_rate])[: 1 if self.speed_held else 2]
+            if not self.element.memory:
+                return moving
+            return np.append(moving, [contact.traction_rate, contact.unslipped_rate])
 
         def output(_: float, x: FloatArray, u: FloatArray, given: Mapping[str, float]) -> Any:
             _, contact, at_speed = at(x, u, given)
@@ -367,7 +432,7 @@ class Wheelset(Parameters):
             update,
             output,
             name="wheelset",
-            states=["omega"] if self.speed_held else ["omega", "speed"],
+            states=list(self.states),
             inputs=list(SIGNALS_IN),
             outputs=list(SIGNALS_OUT),
             params={"speed": checked_number("speed", speed, FINITE)} if speed is not None else {},

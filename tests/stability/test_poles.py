@@ -10,13 +10,15 @@ import pytest
 from falling_friction import with_falling
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+from native_models import native, steady_memory, with_memory
 from scipy.optimize import brentq, minimize_scalar
 from strategies import examples, magnitude, number
 from wheelsets import BODIES, made_wheelset
 
 import contactlib as cl
 from contactlib import stability
-from contactlib.vehicle import Resistance
+from contactlib.export.description import Description
+from contactlib.vehicle import CreepCurve, Resistance
 
 V = 10.0  # [m/s]
 
@@ -198,6 +200,92 @@ def test_threshold_without_damping_is_the_peak(rig: cl.Model) -> None:
     # Fast pole r^2 |Q'|/(J V)
     pole = 0.25 * -point.creep_force_slope / (250.0 * 10.0)
     assert point.eigenvalues[0] == pytest.approx(pole, rel=1e-12)
+
+
+@pytest.mark.parametrize("speed", [10.0, 1.0, 0.3])
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("layer", [0.0, 2e-14])
+def test_poles_with_memory_are_the_growth_of_a_simulation(
+    locomotive: cl.Model, layer: float, held: bool, speed: float
+) -> None:
+    model = with_memory(locomotive)
+    element = replace(model.wheelset.element, layer_compliance=layer)
+    mass = None if held else model.wheelset.mass
+    body = replace(model.wheelset, element=element, mass=mass)
+    worst = cl.worst_pole(body, speed=speed)
+    at: dict[str, Any] = {"creepage": worst.creepage, "speed": speed}
+    point = body.balanced(**at)
+    assert worst.pole == pytest.approx(body.linearize(point).poles().real.max(), rel=1e-9)
+    assert worst.pole == pytest.approx(float(stability.fast_pole(body, **at)), rel=1e-9)
+    frozen = CreepCurve(body, speed=speed).pole(worst.creepage)
+    assert float(frozen) == pytest.approx(worst.pole, rel=1e-12 if held else 1e-4)
+    steady = cl.worst_pole(body.without_memory(), speed=speed).pole
+    assert worst.pole < (1.0 if layer or speed == 10.0 else 0.93) * steady
+
+    wheelset = native(
+        Description(replace(model, wheelset=body), "wheelset"),
+        omega=point.omega * (1.0 + 1e-7),
+        speed=speed,
+        drive_torque=point.drive_torque,
+        resistance_force=point.resistance_force,
+        **steady_memory(element, omega=point.omega, speed=speed),
+    )
+    step, away = 0.05 / worst.pole, []
+    for _ in range(100):
+        wheelset.advance(step, 1e-12)
+        away.append(wheelset.get("omega")[0] - point.omega)
+    growth = np.polyfit(step * np.arange(50), np.log(np.abs(away[50:])), 1)[0]
+    assert growth == pytest.approx(worst.pole, rel=5e-3)
+
+
+def test_the_falling_branch_begins_at_the_same_creepage_with_memory(rig: cl.Model) -> None:
+    """Where an eigenvalue is zero, nothing changes, and the contact rolls steadily."""
+    body = with_memory(rig).wheelset
+    peak = brentq(CreepCurve(rig.wheelset, speed=0.5).pole, 0.012, 0.03, xtol=1e-14)
+    near = peak + 1e-7 * np.array([-1.0, 1.0])
+    assert CreepCurve(body, speed=0.5).states(near).stable.tolist() == [True, False]
+    assert np.sign(stability.fast_pole(body, near, speed=0.5)).tolist() == [-1.0, 1.0]
+
+
+STEADY_ONLY: dict[str, dict[str, float]] = {
+    "basin": {"speed": 1.0, "drive_torque": 26e3},
+    "clearing": {"speed": 1.0, "drive_torque": 26e3, "friction_scale": 0.5},
+    "separatrix": {"speed": 1.0, "drive_torque": 26e3},
+    "slip_away_estimate": {"speed": 1.0, "drive_torque": 28e3, "end": 0.5},
+    "slip_away_time": {"speed": 1.0, "drive_torque": 28e3, "start": 0.0, "end": 0.5},
+}
+WITH_MEMORY = {  # exactly, or of points of steady rolling
+    "fast_pole",
+    "find_fold",
+    "poles",
+    "quasi_steady_torque",
+    "reduced_frequency",
+    "reduced_plant",
+    "s_curve",
+    "slope_threshold",
+    "steady_states",
+    "worst_pole",
+}
+
+
+def test_each_analysis_contains_memory_or_warns(rig: cl.Model) -> None:
+    taking = {
+        name
+        for name in stability.__all__
+        if "wheelset" in getattr(getattr(stability, name), "__annotations__", {})
+    }
+    assert taking == WITH_MEMORY | STEADY_ONLY.keys() | {"creep_control_gain"}
+    body = with_memory(rig).wheelset
+    for name, arguments in STEADY_ONLY.items():
+        function = getattr(stability, name)
+        with pytest.warns(stability.SteadyRollingWarning, match=f"{name} .*p a/V = ") as caught:
+            found = function(body, **arguments)
+        assert len(caught) == 1
+        assert caught[0].filename == __file__
+        assert found == function(rig.wheelset, **arguments)
+    point = body.balanced(creepage=0.024, speed=1.0)
+    with pytest.warns(stability.SteadyRollingWarning):
+        stability.creep_control_gain(body, point)
 
 
 def test_reduced_frequency_is_the_rate_over_that_of_rolling_a_semi_width(

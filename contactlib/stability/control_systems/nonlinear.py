@@ -15,6 +15,7 @@ from contactlib.base.quantities import (
     checked_number,
 )
 from contactlib.stability import find_fold
+from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.conditions import Conditions, GivenConditions, GivenInputs, OperatingPoint
 from contactlib.vehicle.continuous_control import CreepControl
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
@@ -88,6 +89,7 @@ def phase_plane_system(
     at = wheelset.conditions(speed=wheelset.element.minimum_speed, **given)
     torque = checked_torque(drive_torque)
     inputs = np.array([torque, at.normal_load, at.friction_scale, at.resistance_force])
+    wheelset = steady_rolling(wheelset, "phase_plane_system", at)
     system, radius = wheelset.to_nlsys(), wheelset.radius
 
     def update(t: float, x: FloatArray, _: Any, __: Mapping[str, Any]) -> FloatArray:
@@ -130,7 +132,7 @@ def operating_point(
     """
     control = optional_library("control")
 
-    held = replace(wheelset, mass=None)
+    held = replace(wheelset.without_memory(), mass=None)  # which changes no steady state
     at = wheelset.conditions(at, **given)
     omega = (1.0 + checked_number("creepage", creepage, FINITE)) * at.speed / wheelset.radius
     found = control.find_operating_point(

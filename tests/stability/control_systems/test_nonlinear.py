@@ -7,6 +7,7 @@ from typing import Any
 import control
 import numpy as np
 import pytest
+from native_models import steady_memory, with_memory
 from plain_scenario import controls
 
 import contactlib as cl
@@ -21,15 +22,19 @@ def held_speed(wheelset: cl.Wheelset) -> float | None:
 
 @pytest.mark.parametrize("name", ["rig", "locomotive"])
 @pytest.mark.parametrize("creepage", [0.006, 0.024])
+@pytest.mark.parametrize("memory", [False, True])
 def test_its_linearisation_is_the_kernels(
-    name: str, creepage: float, request: pytest.FixtureRequest
+    name: str, creepage: float, memory: bool, request: pytest.FixtureRequest
 ) -> None:
-    body = request.getfixturevalue(name).wheelset
+    body = with_memory(request.getfixturevalue(name), memory).wheelset
     point = body.balanced(creepage=creepage, speed=SPEED)
     system = body.to_nlsys(speed=held_speed(body))
-    states = [point.omega, point.speed][: system.nstates]
+    states = [point.omega] if body.speed_held else [point.omega, point.speed]
+    if memory:
+        held = steady_memory(body.element, omega=point.omega, speed=SPEED)
+        states += [held["held_traction"], held["unslipped"]]
     inputs = [point.drive_torque, point.normal_load, 1.0, point.resistance_force]
-    theirs = control.linearize(system, states, inputs)
+    theirs = control.linearize(system, states, inputs, eps=1e-7)
     ours = body.linearize(point)
     assert system.state_labels == ours.state_labels
     assert system.output_labels == ours.output_labels
@@ -39,7 +44,14 @@ def test_its_linearisation_is_the_kernels(
         "friction_scale",
         "resistance_force",
     ]
-    np.testing.assert_allclose(theirs.A, ours.A, rtol=1e-3)
+    moving = 1 if body.speed_held else 2
+    np.testing.assert_allclose(theirs.A[:moving], ours.A[:moving], rtol=1e-3, atol=1e-6)
+    if memory:  # the kernel takes the force below the kink and the unslipped part above it
+        for row, side in ((-2, -1.0), (-1, 1.0)):
+            states[-1] = held["unslipped"] + side * 1e-5
+            theirs = control.linearize(system, states, inputs, eps=1e-7)
+            scale = np.abs(ours.A[row]).max()
+            np.testing.assert_allclose(theirs.A[row], ours.A[row], rtol=2e-3, atol=1e-3 * scale)
     np.testing.assert_allclose(theirs.B[:, [0, 3]], ours.B, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(theirs.C, ours.C, rtol=1e-3, atol=1e-8)
     np.testing.assert_allclose(system.output(0.0, states, inputs)[2], creepage, rtol=1e-12)
