@@ -1,5 +1,6 @@
 #include "component.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -329,9 +330,24 @@ static result check_friction(component *self, size_t wheel) {
     return RESULT_OK;
 }
 
+/* A contact under load needs an ellipse; a wheel that lifts off has neither. */
+static result check_ellipse(component *self, size_t wheel) {
+    const creep_forces_input *in = &self->now->values[wheel].ellipse;
+    if (!(in->normal_load > MAX_LOAD_OF_NO_CONTACT)) return RESULT_OK;
+    int along = in->semi_axis_x < in->semi_axis_y;
+    double axis = along ? in->semi_axis_x : in->semi_axis_y;
+    if (axis >= MIN_SEMI_AXIS) return RESULT_OK;
+    return component_log(self, RESULT_DISCARD,
+                         "%ssemi_axis_%s = %s is out of range: must be at least %s where there is "
+                         "a normal_load, here %s; only a wheel without load has no contact",
+                         WHEEL(wheel), along ? "x" : "y", SHOWN(axis), SHOWN(MIN_SEMI_AXIS),
+                         SHOWN(in->normal_load));
+}
+
 /* Warnings that an instance gives once. */
 typedef enum {
     ASPECT_LIMITED,
+    SINGLE_CLOCK,
     EXCHANGE,
     TOO_LONG_STEP,
     INVERSE_MASS,
@@ -349,24 +365,29 @@ static int is_first(component *self, single_warning warning) {
  * may set unconnected inputs to zero. A wheel that lifts off had a load before. */
 static void check_grip(component *self, size_t wheel) {
     const model_values *v = &self->now->values[wheel];
-    const force_element_input *in = &v->input;
-    if (!self->model->has_contact || !(RUNNING >> self->now->stage & 1u)) return;
-    int load = in->normal_load > 0.0, friction = in->friction_scale > 0.0;
-    int slips = v->contact.radius * in->omega != in->speed;
+    const creep_forces_input *at = &v->ellipse;
+    if (!(RUNNING >> self->now->stage & 1u)) return;
+    int any = self->model->has_pair;
+    double normal_load = any ? at->normal_load : v->input.normal_load;
+    double scale = any ? at->friction_scale : v->input.friction_scale;
+    int load = normal_load > 0.0, friction = scale > 0.0;
+    int slips = any ? at->creepage_x != 0.0 || at->creepage_y != 0.0 || at->spin != 0.0
+                    : v->contact.radius * v->input.omega != v->input.speed;
     if (!(slips || (load && friction)) || !is_first(self, NO_GRIP) || (load && friction)) return;
     component_log(
         self, RESULT_WARNING,
         "%sthere is no creep force although the wheel slips, as %s = %s since the start: is "
         "this input connected?",
-        WHEEL(wheel), load ? "friction_scale" : "normal_load",
-        SHOWN(load ? in->friction_scale : in->normal_load));
+        WHEEL(wheel), load ? "friction_scale" : "normal_load", SHOWN(load ? scale : normal_load));
 }
 
 /* Check what a tool has set since the outputs were last calculated. */
 static result check_inputs(component *self) {
     int rubs = self->model->has_contact || self->model->has_pair;
     for (size_t w = 0; self->now->stale && w < self->wheels; w++) {
-        if (rubs && check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+        if (!rubs) continue;
+        if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+        if (self->model->has_pair && check_ellipse(self, w) != RESULT_OK) return RESULT_DISCARD;
         check_grip(self, w);
     }
     return RESULT_OK;
@@ -531,21 +552,40 @@ static void check_exchange(component *self, size_t wheel) {
 
 /* ---- steps --------------------------------------------------------------------------------- */
 
+/* The FMU's clock follows the tool's, as no state depends on time. Tools add up step sizes, so the
+ * last bits of the time may differ, of a tool that counts in single precision those of a float. */
+static result check_clock(component *self, double point, double step) {
+    double now = self->now->values->time, off = fabs(point - now);
+    if (off <= 1e-6 * step + 1e-12 * fabs(point)) return RESULT_OK;
+    if (!(off <= FLT_EPSILON * fmax(fabs(point), fabs(now))))
+        return component_log(self, RESULT_ERROR,
+                             "communication point = %s must be the FMU's time %s",
+                             SHOWN_TO(17, point), SHOWN_TO(17, now));
+    if (is_first(self, SINGLE_CLOCK))
+        component_log(self, RESULT_WARNING,
+                      "communication point = %s is the FMU's time %s only in single precision: the "
+                      "FMU follows this clock, whose error grows; keep time in double precision",
+                      SHOWN_TO(17, point), SHOWN_TO(17, now));
+    return RESULT_OK;
+}
+
+/* Whether the tool's time may be this far off its stop time. Over very many steps the error of the
+ * sum grows far beyond the last bits. */
+static int ends_in_time(const component *self, double end, double step) {
+    int single = self->warned >> SINGLE_CLOCK & 1u;
+    double slack = (single ? 0.5 : 1e-3) * step + 1e-9 * fabs(end);
+    return end <= self->now->stop_time + slack;
+}
+
 result component_step(component *self, double point, double step) {
     model_values *values = self->now->values, before[MAX_WHEELS];
-    double end = point + step, now = values->time, substeps[MAX_WHEELS];
+    double end = point + step, substeps[MAX_WHEELS];
     size_t failed = 0;
     if (!(step > 0.0 && isfinite(end)))
         return component_log(self, RESULT_ERROR,
                              "step size = %s must be > 0 and end at a finite time", SHOWN(step));
-    /* Tools add up step sizes, so the last bits of the time may differ from ours. */
-    double slack = 1e-6 * step + 1e-12 * fabs(point);
-    if (!(fabs(point - now) <= slack))
-        return component_log(self, RESULT_ERROR,
-                             "communication point = %s must be the FMU's time %s",
-                             SHOWN_TO(17, point), SHOWN_TO(17, now));
-    /* After very many steps the sum may be off by much more than the last bits. */
-    if (!(end <= self->now->stop_time + 1e-3 * step + 1e-9 * fabs(end)))
+    if (check_clock(self, point, step) != RESULT_OK) return RESULT_ERROR;
+    if (!ends_in_time(self, end, step))
         return component_log(self, RESULT_ERROR, "the step ends at %s, after the stop time %s",
                              SHOWN_TO(17, end), SHOWN_TO(17, self->now->stop_time));
     if ((self->model->moves ? check_inputs(self) : evaluate(self)) != RESULT_OK)

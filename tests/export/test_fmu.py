@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -284,6 +284,36 @@ def test_bad_steps_are_refused(tool: Instance, point: float, step: float, messag
     tool.step(0.0, 1e-3)
 
 
+@pytest.mark.parametrize("name", EXPORTS)
+def test_single_precision_clock_is_followed_with_one_warning(
+    locomotive: cl.Model, tmp_path: Path, name: str
+) -> None:
+    # Time and step sizes of some game engines are floats, added up or counted; far from zero such
+    # a clock may even stand still. No model depends on time, so the bits are those of an exact
+    # clock with the same steps.
+    clocks = [(0.02, 0.0, False), (1 / 60, 3e3, True), (1e-3, 7e4, False)]
+    folders = [exported(locomotive, tmp_path, name, version) for version in VERSIONS]
+    for folder, (step, start, counts) in product(folders, clocks):
+        float_step, time, end = np.float32(step), np.float32(start), start + 120 * step
+        with Instance(folder) as game, Instance(folder) as exact:
+            for tool in (game, exact):
+                tool.initialize(start, stopTime=end).fmu.exitInitializationMode()
+            for k in range(120):
+                counted = np.float32(start) + np.float32(k) * float_step
+                time = counted if counts or k == 0 else np.float32(time + float_step)
+                game.step(float(time), float(float_step))
+                assert game.get("time") == [float(time) + float(float_step)]
+                exact.step(*exact.get("time"), float(float_step))
+            names = [n for n in game.references if n != "time"]
+            assert game.get(*names) == exact.get(*names)
+            assert "only in single precision" in warns(game, "communication point")
+            assert not exact.log
+            far = 0.6 * step + 2e-7 * end
+            for wrong in (-far, far):
+                with game.refused("communication point", status=3):
+                    game.step(game.get("time")[0] + wrong, step)
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, version: int) -> None:
     # A wheel with memory swings almost undamped where it is held at rest: a minute of it gives the
@@ -426,43 +456,92 @@ def test_long_weakening_zone_is_a_warning(unpacked: Path, debugging: bool) -> No
     assert "above 0.5" in text
 
 
+SLIP = {"force_element": {"omega": 20.2}, "wheelset": {"drive_torque": 1e3}}
+SLIP |= {"force_element-implicit": SLIP["force_element"], "creep_forces": {"spin": 0.1}}
+
+
 @pytest.mark.parametrize("missing", ["normal_load", "friction_scale"])
-@pytest.mark.parametrize("name", ["force_element", "force_element-implicit", "wheelset"])
+@pytest.mark.parametrize("name", SLIP)
 def test_a_wheel_that_slips_without_load_or_friction_is_reported_once(
-    rig: cl.Model, tmp_path: Path, name: str, missing: str
+    locomotive: cl.Model, tmp_path: Path, name: str, missing: str
 ) -> None:
     # As a tool gives them that sets inputs to zero which are not connected.
-    inputs = {"omega": 20.2} if "force" in name else {"drive_torque": 1e3}
-    with Instance(exported(rig, tmp_path, name)).start(**{missing: 0.0}) as tool:
+    inputs, force = SLIP[name], "force_y" if name == "creep_forces" else "creep_force"
+    with Instance(exported(locomotive, tmp_path, name)).start(**{missing: 0.0}) as tool:
         tool.step(0.0, 1e-3)  # it rolls
         assert tool.log == []
         tool.set(**inputs)
         for i in range(1, 4):
             tool.step(1e-3 * i, 1e-3)
-            assert tool.get("creep_force") == [0.0]
+            assert tool.get(force) == [0.0]
         warns(tool, f"as {missing} = 0 since the start: is this input connected?")
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize(
-    "name", [name for name in EXPORTS if name not in ("wheelset_body", "creep_forces")]
-)
+@pytest.mark.parametrize("name", [name for name in EXPORTS if name != "wheelset_body"])
 def test_wheel_lifts_off_and_comes_back(
-    rig: cl.Model, tmp_path: Path, name: str, version: int
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:
-    with Instance(exported(rig, tmp_path, name, version)).start() as tool:
-        for i in range(60):
-            load = 1e5 * np.cos(0.2 * i)
-            tool.set(normal_load=load, **({"omega": 20.2} if "force" in name else {}))
+    pair = name == "creep_forces"
+    force = "force_x" if pair else "creep_force"
+
+    def under(load: float, friction: float = 1.0) -> dict[str, float]:
+        grip = {"normal_load": load, "friction_scale": friction}
+        if not pair:
+            return grip | ({"omega": 20.2} if "force" in name else {})
+        growth = np.cbrt(max(load, 0.0) / 1e5)  # Hertz
+        return grip | {"semi_axis_x": 6e-3 * growth, "semi_axis_y": 5e-3 * growth}
+
+    loads = [*1e5 * np.cos(0.2 * np.arange(60)), 1e-18, 0.0, 1e-6, 1e5]
+    with Instance(exported(locomotive, tmp_path, name, version)).start() as tool:
+        if pair:
+            tool.set(creepage_x=-0.002)
+        for i, load in enumerate(loads):
+            tool.set(**under(load))
             tool.step(1e-3 * i, 1e-3)
-            force, torque, unloaded = tool.get("creep_force", "wheel_torque", "unloaded")
-            assert unloaded == (load <= 0.0)
-            assert (load > 0.0) or force == torque == 0.0
-        for friction in (0.0, 1e-9):  # a tool may probe at zero
-            tool.set(normal_load=1e5, friction_scale=friction)
-            tool.step(0.06 + friction * 1e6, 1e-3)
-            assert tool.get("creep_force", "traction_coefficient", "unloaded") == [0.0, 0.0, 0.0]
+            (found,) = tool.get(force)
+            assert abs(found) <= max(load, 0.0)
+            if not pair:
+                assert tool.get("unloaded") == [load <= 0.0]
+        assert found != 0.0
+        for i, friction in enumerate((0.0, 1e-9, -1e-9, -1e-6)):  # a tool may probe at zero
+            tool.set(**under(1e5, friction))
+            tool.step(1e-3 * (len(loads) + i), 1e-3)
+            assert tool.get(force) == [0.0]
         assert tool.log == []
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_axes_are_zero_only_without_load(
+    locomotive: cl.Model, tmp_path: Path, version: int
+) -> None:
+    # A tool may set the axes before the load, so that they do not fit for a while.
+    pair = cl.CreepForces.of(locomotive.wheelset.element)
+    air = {"semi_axis_x": 0.0, "semi_axis_y": 0.0, "normal_load": 0.0}
+    with Instance(exported(locomotive, tmp_path, "creep_forces", version)).start() as tool:
+        tool.set(creepage_x=-0.002, semi_axis_x=6e-3, semi_axis_y=5e-3, normal_load=9e4)
+        (before,) = tool.get("force_x")
+        assert (
+            before
+            == pair.evaluate(
+                semi_axis_x=6e-3, semi_axis_y=5e-3, normal_load=9e4, creepage_x=-0.002
+            )["force_x"]
+        )
+        tool.set(semi_axis_x=0.0)
+        tool.set(normal_load=0.0)
+        assert tool.get("force_x", "utilisation") == [0.0, 0.0]
+        tool.set(**air)
+        unknowns, knowns = ["force_x", "force_y", "utilisation"], ["creepage_x", *air]
+        assert tool.derivative(unknowns, knowns, [1.0] * 4) == [0.0] * 3
+        for axis, given in product(("x", "y"), (0.0, 1e-10)):
+            bad = air | {"semi_axis_x": 6e-3, "semi_axis_y": 6e-3, "normal_load": 5.0}
+            bad[f"semi_axis_{axis}"] = given
+            message = f"semi_axis_{axis} = {given:g} is out of range: must be at least 1e-09"
+            tool.set(**bad)
+            with tool.refused(message, "normal_load, here 5", status=2):
+                tool.step(0.0, 1e-3)
+            with pytest.raises(ValueError, match=f"^{message} where there is a normal_load, here"):
+                pair.evaluate(**bad)
 
 
 # ---- resources ----------------------------------------------------------------------------------
