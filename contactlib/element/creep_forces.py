@@ -11,14 +11,13 @@ from __future__ import annotations
 import warnings
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contactlib import kernel
 from contactlib.base.quantities import (
-    Limits,
     Parameters,
     Quantity,
     records,
@@ -32,8 +31,10 @@ from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.lateral_spin_table import lateral_spin_coefficients
 from contactlib.table.law_tables import carter_griffith_table
 
-AXIS = Limits(at_least=1e-9, at_most=1e3)
-CREEPAGE = Limits(at_least=-1e9, at_most=1e9)
+# An ellipse with a shorter axis [m] is no contact and may not bear more than this load [N], as in
+# fmu/kernel/creep_forces.h.
+MIN_SEMI_AXIS = 1e-9
+MAX_LOAD_OF_NO_CONTACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,8 @@ class CreepForces(Parameters):
         Parameters
         ----------
         semi_axis_x, semi_axis_y : array_like
-            a along rolling and b across it [m].
+            a along rolling and b across it [m]; both are 0 for a wheel that has lifted off, which
+            has no load.
         normal_load : array_like
             N [N]; there is no force without load.
         creepage_x, creepage_y : array_like, optional
@@ -199,18 +201,28 @@ class CreepForces(Parameters):
         """
         if speed is None and self.friction.falls_with_slip_speed:
             raise ValueError("speed is missing: friction falls with slip speed")
-        given: dict[str, Any] = {
-            "speed": (0.0 if speed is None else speed, CREEPAGE),
-            "semi_axis_x": (semi_axis_x, AXIS),
-            "semi_axis_y": (semi_axis_y, AXIS),
-            "normal_load": (normal_load, Limits(at_least=0.0, at_most=1e12)),
-            "friction_scale": (friction_scale, Limits(at_least=0.0, at_most=1e3)),
-            "creepage_x": (creepage_x, CREEPAGE),
-            "creepage_y": (creepage_y, CREEPAGE),
-            "spin": (spin, CREEPAGE),
+        given = {
+            "speed": 0.0 if speed is None else speed,
+            "semi_axis_x": semi_axis_x,
+            "semi_axis_y": semi_axis_y,
+            "normal_load": normal_load,
+            "friction_scale": friction_scale,
+            "creepage_x": creepage_x,
+            "creepage_y": creepage_y,
+            "spin": spin,
         }
-        values, limits = ({name: pair[i] for name, pair in given.items()} for i in (0, 1))
-        inputs = records(kernel.struct_dtype("creep_forces_input"), values, limits)
+        inputs = records(
+            kernel.struct_dtype("creep_forces_input"), given, kernel.creep_forces_limits()
+        )
+        loaded = inputs[inputs["normal_load"] > MAX_LOAD_OF_NO_CONTACT]
+        for name in ("semi_axis_x", "semi_axis_y"):
+            short = loaded[loaded[name] < MIN_SEMI_AXIS]
+            if short.size:
+                raise ValueError(
+                    f"{name} = {short[name][0]:g} is out of range: must be at least "
+                    f"{MIN_SEMI_AXIS:g} where there is a normal_load, here "
+                    f"{short['normal_load'][0]:g}; only a wheel without load has no contact"
+                )
         found = self.native.evaluate(inputs)
         if found["aspect_limited"].any():
             warnings.warn(

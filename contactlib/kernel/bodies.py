@@ -26,9 +26,9 @@ def process_zone_limit() -> float:
 MINIMA = {"normal_load": 0.0, "friction_scale": 1e-6}
 
 
-def _limits(kind: str, *roles: str) -> dict[str, Limits]:
+def _limits(kind: str, *roles: str, minima: Mapping[str, float] = MINIMA) -> dict[str, Limits]:
     return {
-        v.name: replace(v.limits, at_least=MINIMA.get(v.name, v.limits.at_least))
+        v.name: replace(v.limits, at_least=minima.get(v.name, v.limits.at_least))
         for v in model_variables(kind)
         if v.role in roles
     }
@@ -38,6 +38,12 @@ def _limits(kind: str, *roles: str) -> dict[str, Limits]:
 def force_input_limits() -> Mapping[str, Limits]:
     """Limits of the force element's inputs in Python, by name."""
     return _limits("force_element", "input")
+
+
+@cache
+def creep_forces_limits() -> Mapping[str, Limits]:
+    """Limits of the inputs of `CreepForces`, which a vehicle tool's solver may call, by name."""
+    return _limits("creep_forces", "input", minima={"normal_load": 0.0})
 
 
 @cache

@@ -80,12 +80,15 @@ const char TRUTH[] = "Boolean";
 #define HOT(role, name, unit, text, low, high, member) \
     {name, unit, text, low, high, AT(member), role, IF_THERMAL}
 
-#define CONTACT_INPUTS \
+#define LOAD_AND_FRICTION(of) \
     GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12, \
-          input.normal_load), \
+          of.normal_load), \
     GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients; below " \
           TEXT(MIN_FRICTION_SCALE) " there is no friction, also where a solver looks just below " \
-          "0", -MIN_FRICTION_SCALE, 1e3, input.friction_scale), \
+          "0", -MIN_FRICTION_SCALE, 1e3, of.friction_scale)
+
+#define CONTACT_INPUTS \
+    LOAD_AND_FRICTION(input), \
     GIVEN(INPUT, "lateral_velocity", "m/s", "velocity of the wheel's surface against the rail, " \
           "positive to the left", -1e6, 1e6, input.lateral_velocity), \
     {"spin_velocity", "rad/s", "angular velocity of the wheel against the rail about the " \
@@ -227,6 +230,9 @@ static const model_variable BODY_VARIABLES[] = {
 
 #define FALLING(name, unit, text, low, high, member) \
     {name, unit, text, low, high, AT(member), TUNABLE_PARAMETER, IF_FALLING}
+#define SEMI_AXIS(name, text, member) \
+    GIVEN(INPUT, name, "m", text "; below " TEXT(MIN_SEMI_AXIS) " there is no contact, also where " \
+          "a solver looks just below 0", -MIN_SEMI_AXIS, 1e3, member)
 static const model_variable PAIR_VARIABLES[] = {
     TIME,
     FRICTION_PARAMETERS(pair),
@@ -237,13 +243,9 @@ static const model_variable PAIR_VARIABLES[] = {
     HEAT_PARAMETERS(pair),
     LAYER_PARAMETER(pair),
     TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, pair.shear_modulus),
-    GIVEN(INPUT, "semi_axis_x", "m", "semi-axis of the contact ellipse along rolling", 1e-9, 1e3,
-          ellipse.semi_axis_x),
-    GIVEN(INPUT, "semi_axis_y", "m", "semi-axis across rolling", 1e-9, 1e3, ellipse.semi_axis_y),
-    GIVEN(INPUT, "normal_load", "N", "normal load; a negative one counts as none", -1e12, 1e12,
-          ellipse.normal_load),
-    GIVEN(INPUT, "friction_scale", "1", "multiplies both friction coefficients", 0.0, 1e3,
-          ellipse.friction_scale),
+    SEMI_AXIS("semi_axis_x", "semi-axis of the contact ellipse along rolling", ellipse.semi_axis_x),
+    SEMI_AXIS("semi_axis_y", "semi-axis across rolling", ellipse.semi_axis_y),
+    LOAD_AND_FRICTION(ellipse),
     GIVEN(INPUT, "creepage_x", "1", "Kalker's longitudinal creepage (V - omega r)/V, negative in "
           "traction", -1e9, 1e9, ellipse.creepage_x),
     GIVEN(INPUT, "creepage_y", "1", "Kalker's lateral creepage v_y/V, y to the left", -1e9, 1e9,
@@ -382,10 +384,14 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
         if (of == AT(input.held_traction) || of == AT(input.held_lateral))
             return size + 0.01 * p->kinetic_friction;
-        /* Without load or friction it stays so. */
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
-        if (of == AT(input.friction_scale) && size == 0.0) return MIN_FRICTION_SCALE;
     }
+    /* Without load, contact or friction it stays so. */
+    if (size == 0.0 && (of == AT(input.friction_scale) || of == AT(ellipse.friction_scale)))
+        return MIN_FRICTION_SCALE;
+    if (size == 0.0 && (of == AT(ellipse.semi_axis_x) || of == AT(ellipse.semi_axis_y)))
+        return MIN_SEMI_AXIS;
+    if (size == 0.0 && of == AT(ellipse.normal_load)) return MIN_LOAD;
     return size > 0.0 ? size : 1.0;
 }
 

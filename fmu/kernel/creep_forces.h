@@ -21,7 +21,7 @@ typedef struct {
 /* Creepages are those of the wheel against the rail in Kalker's signs, so the longitudinal one is
  * negative in traction: (V - omega r)/V, v_y/V and omega_z/V. y is to the left and z up. */
 typedef struct {
-    double semi_axis_x;    /* a, along rolling [m] */
+    double semi_axis_x;    /* a, along rolling; 0 without contact [m] */
     double semi_axis_y;    /* b [m] */
     double normal_load;    /* [N] */
     double friction_scale; /* multiplies f_s and f_d [1] */
@@ -75,6 +75,11 @@ CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_tab
 /* Smaller loads [N] and friction coefficients [1] count as zero. */
 #define MIN_LOAD 1e-30
 #define MIN_FRICTION 1e-9
+/* An ellipse with a shorter axis [m] is no contact, as when the wheel lifts off. One that bears
+ * more than this load [N] is a mistake: Hertz's axes under it are about a thousand times as long.
+ */
+#define MIN_SEMI_AXIS 1e-9
+#define MAX_LOAD_OF_NO_CONTACT 1e-6
 
 /* Forces of one contact, with other parameters than the pair's but Poisson's ratio, and of n. */
 void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,

@@ -68,6 +68,11 @@ def test_nothing_comes_of_nothing() -> None:
     for changed in ({"normal_load": 0.0}, {"friction_scale": 0.0}):
         found = pair_of(WEAKENING).evaluate(**{**given, **changed})
         assert all(not found[name].any() for name in FORCES)
+    given["semi_axis_x"][2:5] = given["semi_axis_y"][2:5] = given["normal_load"][2:5] = 0.0
+    given["friction_scale"] = np.where(np.arange(10) == 7, -1e-9, 1.0)
+    found, force = pair_of(WEAKENING).evaluate(**given), np.ones(10, dtype=bool)
+    force[[2, 3, 4, 7]] = False  # in the air, and without friction
+    assert all(((found[name] != 0.0) == force).all() for name in FORCES)
     still = pair_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
     assert all(not still[name].any() for name in FORCES)
     assert all(np.isfinite(still[name]).all() for name in still.dtype.names or ())

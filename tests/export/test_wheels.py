@@ -22,6 +22,8 @@ INPUTS: dict[str, Any] = {
     "drive_torque": lambda i, k: 2e4 + 2e3 * i,
     "normal_load": lambda i, k: 0.0 if i == 3 else 1e5 - 2e3 * i + 50.0 * k,
     "friction_scale": lambda i, k: 0.3 if i == 4 else 1.0 - 0.02 * i,
+    "semi_axis_x": lambda i, k: 0.0 if i == 3 else 6e-3 + 1e-4 * i,  # by Hertz, wheel 4 in the air
+    "semi_axis_y": lambda i, k: 0.0 if i == 3 else 5e-3,
     "lateral_velocity": lambda i, k: 0.01 if i == 5 else 0.0,
     "spin_velocity": lambda i, k: 0.02 if i == 6 else 0.0,
     "creepage_x": lambda i, k: -0.0005 * i,
