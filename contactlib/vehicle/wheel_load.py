@@ -119,5 +119,7 @@ class WheelLoad(Parameters):
         turns = np.multiply.outer(frequency, time)
         turns += phase.reshape(-1, *[1] * time.ndim)
         turns -= np.floor(turns)  # so that far times cost no accuracy of the cosine
-        factor = 1.0 + amplitude * np.cos(2.0 * math.pi * turns).sum(axis=0)
+        # Unlike a sum, a running one adds in the same order however many times there are.
+        waves = np.cumsum(np.cos(2.0 * math.pi * turns), axis=0)[-1]
+        factor = 1.0 + amplitude * waves
         return np.asarray(np.maximum(factor, 0.0))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,10 +14,15 @@ from plain_scenario import wet_patch
 
 import contactlib as cl
 from contactlib.runs.accumulators import DerivedRows, Vehicles
+from contactlib.vehicle import WheelLoad
 
 gymnasium = pytest.importorskip("gymnasium")
 rl = pytest.importorskip("contactlib.rl")
 FINE = {"tolerance": 1e-7, "step": 5e-3}  # of run_scenario
+
+
+def pickled(value: Any) -> Any:
+    return pickle.loads(pickle.dumps(value))  # noqa: S301 - of our own making
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +86,11 @@ def test_wheelsets_of_the_vector_form_are_single_ones_to_the_last_bit(patch: cl.
             assert info == {name: value[i] for name, value in infos.items()}
 
 
-def test_the_torques_of_a_run_give_the_run_to_the_last_bit(patch: cl.Scenario) -> None:
+@pytest.mark.parametrize("load", [None, WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))])
+def test_the_torques_of_a_run_give_the_run_to_the_last_bit(
+    patch: cl.Scenario, load: WheelLoad | None
+) -> None:
+    patch = replace(patch, wheel_load=load)
     expected = cl.run_scenario(patch, "threshold", index=3)
     env = rl.TractionEnv(patch, **FINE)
     _, info = env.reset(seed=3)
@@ -127,6 +139,49 @@ def test_the_reward_counts_what_the_metrics_count(patch: cl.Scenario) -> None:
     )
     assert used / allowed == pytest.approx(outcomes["limited_utilisation"][0], rel=1e-9)
     assert work == pytest.approx(outcomes["slip_work"][0], rel=1e-9)
+
+
+@pytest.mark.parametrize("way", [copy.deepcopy, copy.copy, pickled])
+def test_copies_of_an_environment_go_on_with_its_bits_on_their_own(
+    patch: cl.Scenario, way: Callable[[Any], Any]
+) -> None:
+    forms = rl.TractionEnv(patch), rl.TractionVectorEnv([patch, replace(patch, duration=6.0)], 3)
+    for env in forms:
+        env.reset(seed=2)
+        actions = np.random.default_rng(1).uniform(0.5, 1.0, (60, *env.action_space.shape))
+        for action in actions:
+            env.step(action)
+        other = way(env)
+        expected = [env.step(action) for action in actions]
+        found = [other.step(action) for action in actions]
+        np.testing.assert_equal(found, expected)
+        np.testing.assert_equal(other.reset(), env.reset())  # and its random numbers
+
+
+def test_a_policy_plans_on_a_copy_of_its_environment(patch: cl.Scenario) -> None:
+    env = rl.TractionEnv(patch)
+    policy = rl.ControllerPolicy(env, "threshold")
+    env.reset(seed=1)
+    for _ in range(40):
+        env.step(policy())
+    planned, copied = copy.deepcopy((env, policy))
+    ahead = [planned.step(copied())[1] for _ in range(80)]
+    assert env.time == pytest.approx(0.4)
+    assert [env.step(policy())[1] for _ in range(80)] == ahead
+
+
+def test_a_step_needs_a_reset(patch: cl.Scenario) -> None:
+    env, envs = rl.TractionEnv(patch), rl.TractionVectorEnv(patch, 2)
+    for call in (
+        lambda: env.step([1.0]),
+        lambda: env.hold(1e3),
+        lambda: envs.step([[1.0], [1.0]]),
+        lambda: envs.hold(1e3),
+        lambda: env.measurement,
+        rl.ControllerPolicy(env, "threshold"),
+    ):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="call reset first"):
+            call()
 
 
 def test_where_an_integrator_gives_up_all_episodes_end(patch: cl.Scenario) -> None:

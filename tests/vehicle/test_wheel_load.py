@@ -40,6 +40,11 @@ def test_the_power_lies_where_the_density_does() -> None:
 
 def test_a_load_depends_on_seed_and_time_alone() -> None:
     load = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
+    times = np.linspace(0.0, 700.0, 300)
+    for size in (1, 2, 7, 300):  # a time alone has the bits that it has among many
+        parts = [load(times[i : i + size]) for i in range(0, 300, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), load(times))
+    assert [float(load(t)) for t in times] == load(times).tolist()
     again = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
     other = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=3)
     time = np.linspace(0.0, 9.0, 50)
