@@ -18,6 +18,10 @@ a lack it is 1. The last term is the work lost in slip / the work that Q_a does 
 
 *Termination*: the integrator gave up. *Truncation*: the scenario's duration is over.
 
+*Copies*: `copy.deepcopy`, `copy.copy` and `pickle` of an environment or its `unwrapped` give
+independent ones that continue with the same bits, noise included. (`copy.copy` of a wrapper of
+Gymnasium copies the wrapper alone.)
+
 *Seeds*: `reset(seed=7)` draws the sensors' noise of `run_scenario(index=7)`, and of wheelset i of
 many that of index 7 + i. Without a seed the index is random, from the environment's generator.
 """
@@ -25,7 +29,8 @@ many that of index 7 + i. Without a seed the index is random, from the environme
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,11 +116,11 @@ class Wheelsets:
         scales: Scales | None = None,
         slip_cost: float = 1.0,
     ) -> None:
-        self.scenarios = scenarios
         distinct = {id(one): one for one in scenarios}.values()
         if step is None:
             step = min(default_step(one, LONGEST_STEP) for one in distinct)
         self.plant = Plant(scenarios, sample_time=sample_time, step=step, tolerance=tolerance)
+        self.scenarios = scenarios
         durations = sorted({one.duration for one in distinct})
         if len(durations) > 1:
             raise ValueError(f"scenarios have durations of {durations} s: they must be equal")
@@ -132,11 +137,25 @@ class Wheelsets:
         torque, speed, slip = self.scales
         self._divisors = np.array([torque, torque, speed, slip])
         highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
+        self._measured: Measurement[FloatArray] | None = None
         self.space = gymnasium.spaces.Box(*_rounded_out(highest), dtype=np.float32)
+
+    @property
+    def measured(self) -> Measurement[FloatArray]:
+        """The present measurement.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            If no episode has begun.
+        """
+        if self._measured is None:
+            raise gymnasium.error.ResetNeeded("call reset first: it begins an episode")
+        return self._measured
 
     def begin(self, index: int) -> tuple[NDArray[np.float32], Info]:
         """Begin again with the run of an index and those that follow."""
-        self.measured: Measurement[FloatArray] = self.plant.reset(index)
+        self._measured = self.plant.reset(index)
         rows = DerivedRows(self.plant.now(), self._vehicles)
         self._work = rows["creep_work"][0]
         return self._observed(), self._info(rows)
@@ -159,7 +178,8 @@ class Wheelsets:
         self, torque: Any
     ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], bool, Info]:
         """Hold a torque until the next sample [N.m]: what `step` of an environment returns."""
-        self.measured = self.plant.step(torque)
+        _ = self.measured  # an episode has begun
+        self._measured = self.plant.step(torque)
         rows = DerivedRows(self.plant.now(), self._vehicles)
         used, possible = (signal[0] for signal in rows.transmittable)
         allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * self._vehicles.grip)
@@ -200,9 +220,13 @@ def _first(generator: np.random.Generator, seed: int | None) -> int:
 
 
 class _OfWheelsets:
-    """What both forms of the environment say of their wheelsets."""
+    """What both forms of the environment have in common."""
 
     wheelsets: Wheelsets
+
+    def __copy__(self) -> Self:
+        """A deep copy, as a shallow one would step the same wheelsets."""
+        return deepcopy(self)
 
     @property
     def scales(self) -> Scales:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import deepcopy
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -295,7 +296,8 @@ class Plant:
     """Wheelsets of scenarios, stepped from one sample to the next under your own torques.
 
     `run_scenario` and `run_many` use the same plant. At every sample it returns a measurement; it
-    holds your torque, within the limits of the drive, until the next one.
+    holds your torque, within the limits of the drive, until the next one. `copy.deepcopy` and
+    `pickle` give independent plants that continue with the same bits, as for planning.
 
     Parameters
     ----------
@@ -370,28 +372,61 @@ class Plant:
         timing: Timing,
         tolerance: float,
         creepage: float | None,
+        rows: int = 1,
     ) -> None:
-        """Prepare what does not change from run to run."""
+        """Prepare what does not change from run to run, and so many rows of inputs."""
         self._scenarios, self._timing = scenarios, timing
         self._tolerance, self._creepage = tolerance, creepage
         self.trains = [one.drivetrain for one in scenarios]
         self._tracks = [one.track for one in scenarios]
         bodies, n = [train.wheelset for train in self.trains], len(scenarios)
-        self.fleet = kernel.NativeFleet(
-            [t.member(track.native) for t, track in zip(self.trains, self._tracks, strict=True)]
-        )
+        self.fleet = self._native()
         self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
         self._radius = self._one(self.radius)
-        self._inputs = np.zeros((max(1, BLOCK // n), n), kernel.drivetrain_dtype("input"))
-        self._commanded = self._inputs["commanded_torque"]
+        self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
         self._cleaning = np.array([track.cleaning for track in self._tracks])
         self._inputs["recovered"] = [track.recovered for track in self._tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
         loads = [one.wheel_load or STATIC for one in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
+
+    def _native(self) -> kernel.NativeFleet:
+        """The drivetrains on their tracks in the kernel."""
+        return kernel.NativeFleet(
+            [t.member(track.native) for t, track in zip(self.trains, self._tracks, strict=True)]
+        )
+
+    def _connect(self) -> None:
+        """Let the kernel step the states in place."""
+        self._commanded = self._inputs["commanded_torque"]
+        self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """State for copies and pickles, without what belongs to the kernel."""
+        left_out = ("fleet", "available", "_commanded", "_step_on")
+        return {name: value for name, value in vars(self).items() if name not in left_out}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Continue from this state, with the bits of the plant that had it."""
+        vars(self).update(state)
+        if "fleet" not in state:
+            self.fleet = self._native()
+        self._connect()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """An independent plant in the same state; it shares what never changes."""
+        constant = *self._scenarios, *self.trains, *self._tracks, self.fleet
+        memo |= {id(one): one for one in constant}
+        made = object.__new__(type(self))
+        made.__setstate__(deepcopy({**self.__getstate__(), "fleet": self.fleet}, memo))
+        return made
+
+    def __copy__(self) -> Self:
+        """A deep copy, as a shallow one would step the same states."""
+        return deepcopy(self)
 
     def reset(self, seed: int = 0) -> Measurement[Any]:
         """Begin again and return the first measurement.
@@ -500,7 +535,7 @@ class Plant:
         for name, values in held.items():
             self._inputs[name][0] = values[0]
         self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
-        self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
+        self._connect()
         self._advance(0, 0, 0.0)  # sets the friction at the start
         demands = np.full(n, self._demand)
         begin = start(self._scenarios, self.fleet, self._inputs[0], demands, self._creepage)
@@ -614,7 +649,7 @@ class Runs(Plant):
         creepage: float | None = None,
     ) -> None:
         self._control, self._memory = control, None
-        self._build(scenarios, timing, tolerance, creepage)
+        self._build(scenarios, timing, tolerance, creepage, max(1, BLOCK // len(scenarios)))
         self._begin(index)
 
     def blocks(self) -> Iterator[Block]:

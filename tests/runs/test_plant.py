@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
+import copy
 import itertools
+import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from plain_scenario import plain_scenario, wet_patch
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
 from contactlib.traction import Measurement, OpenLoop, SlopeSeeking, stacked
-from contactlib.vehicle import CreepCurve, Drivetrain, Motor
+from contactlib.vehicle import CreepCurve, Drivetrain, Motor, WheelLoad
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
@@ -105,13 +107,13 @@ def begun(scenarios: list[cl.Scenario]) -> Runs:
 def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Model) -> None:
     """Together as one by one, at the first creepage that the equations of motion hold."""
     wet = cl.Polach.wet()
-    flat = dataclasses.replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(wet))
+    flat = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(wet))
     bodies = [
         locomotive.wheelset,
         rig.wheelset,
         with_falling(locomotive.wheelset),
         with_falling(locomotive.wheelset, 0.0),
-        with_falling(dataclasses.replace(locomotive.wheelset, element=flat)),
+        with_falling(replace(locomotive.wheelset, element=flat)),
     ]
     cases, curves = [], []
     for body, right in itertools.product(bodies, (1.0, 0.6)):
@@ -122,7 +124,7 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
             case = plain_scenario(body, track=track, demand=demand)
             if body.speed_held:
                 held = cl.Profile((0.0, 9.0), (10.0, 19.0))  # gains 1 m/s2
-                case = dataclasses.replace(case, held_speed=held)
+                case = replace(case, held_speed=held)
             cases.append(case)
             curves.append(sides)
     runs = begun(cases)
@@ -165,7 +167,7 @@ HUGE = Motor(lag=0.01, power=1e100, torque_rate=1e100, trip_speed=1e100)
 
 def driven(motor: Motor, **changes: Any) -> cl.Scenario:
     """A wet patch, on which the open loop slips away, with another drive."""
-    drivetrain = dataclasses.replace(wet_patch().drivetrain, motor=motor)
+    drivetrain = replace(wet_patch().drivetrain, motor=motor)
     given: dict[str, Any] = {"duration": 8.0, "demand": cl.Profile.of(23.5e3), **changes}
     return wet_patch(drivetrain=drivetrain, **given)
 
@@ -271,6 +273,34 @@ def test_wheelsets_of_a_plant_do_not_feel_each_other() -> None:
         mine = [alone.step((4e3, 1e4, 2.6e4)[i]) for _ in range(200)]
         assert [tuple(x[i] for x in row) for row in measured] == [tuple(row) for row in mine]
         assert together["creepage"][i] == alone["creepage"]
+
+
+ENCODER = {"encoder_pulses": 100.0, "acceleration_limit": 0.3, "vehicle_speed_noise": 0.0}
+MEMORIES = {
+    "drives and brakes": lambda: cl.load_scenario("wheel_slide_protection.toml"),
+    "elastic axle": lambda: cl.load_scenario("torsion.toml"),
+    "sensors": lambda: wet_patch(ENCODER),
+    "load": lambda: wet_patch(wheel_load=WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))),
+    "cleaned rail": lambda: wet_patch(
+        track=replace(wet_patch().track, cleaning=1e-3, recovered=1.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MEMORIES)
+def test_copies_of_a_plant_go_on_with_its_bits_on_their_own(name: str) -> None:
+    scenario = MEMORIES[name]()
+    for plant in (cl.Plant(scenario), cl.Plant([scenario] * 3)):
+        demand = plant.reset(5).demand
+        torques = [share * demand for share in np.linspace(0.5, 1.0, 30)]
+        for torque in torques:
+            plant.step(torque)
+        pickled = pickle.loads(pickle.dumps(plant))  # noqa: S301 - of our own making
+        copies = [copy.deepcopy(plant), copy.copy(plant), pickled]
+        expected = [(plant.step(torque), plant["creep_work"]) for torque in torques]
+        for one in copies:
+            found = [(one.step(torque), one["creep_work"]) for torque in torques]
+            np.testing.assert_equal(found, expected)
 
 
 def test_a_plant_refuses_what_it_cannot_do() -> None:
