@@ -2,14 +2,15 @@
 
 Lines are solid where the creep force rises with creepage, and dashed on the falling branch, where
 the wheelset is unstable at constant torque. A signal that vibrates too fast to be seen as a line is
-drawn as the band that it fills.
+drawn as its envelope, whose edges have the look of the samples that they touch.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +25,7 @@ from contactlib.figures.style import (
     DASHED,
     DOTTED,
     by_stability,
+    drawn_creepage,
     labelled,
     new_figure,
     note,
@@ -36,13 +38,17 @@ from contactlib.figures.style import (
 from contactlib.runs.outcomes import Metrics
 from contactlib.runs.result import Result
 
-BINS = 200  # time intervals in which a band is drawn
-SWINGS, MANY = 3.0, 0.2  # a band needs so many crossings per bin, in this fraction of the bins
+WINDOWS = 200  # of the longest run, each with one minimum and maximum in an envelope
+SAMPLES = 4  # a window has more of them than this
+SWINGS, MANY = 3.0, 0.2  # an envelope needs so many crossings per window, in this part of them
 MIN_CREEPAGE = 1e-4  # lowest on a logarithmic axis [1]
 MAX_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyond it [1]
 FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
 STOPPED = 0.01  # speed of a vehicle that has stopped [m/s]
+EVENTFUL = 0.01  # change of a signal that is seen / its range
+MARGIN = 0.04  # of the time in which the vehicle stands, shown / time in which it does not
+SLOPE = "slope factor"
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
 NAMES = {
     "open_loop": "open loop",
@@ -60,63 +66,131 @@ def run_name(key: str) -> str:
     return NAMES.get(key, key.replace("_", " "))
 
 
-def scenario_run(result: Result, metrics: Metrics, *, title: str, caption: str) -> Figure:
-    """Force, creepage, torque and speed over the time of one run."""
+class _Drawn(NamedTuple):
+    """A run, where its rows lie along the axis of its figure, and an envelope's window [s]."""
+
+    result: Result
+    at: FloatArray
+    window: float
+
+
+Over = Literal["time", "distance"]
+AXES = {"time": "time  [s]", "distance": "distance  [m]"}
+
+
+def scenario_run(
+    result: Result, metrics: Metrics, *, title: str, caption: str, over: Over = "time"
+) -> Figure:
+    """Force, creepage, torque, speed and friction over the time or the distance of one run."""
     twisted = bool(np.any(result["axle_torque"]))
+    (run,) = _drawn([result], over)
+    varies = _friction_varies([result])
     with styled():
         rows = 5 if twisted else 4
-        figure, grid = new_figure(8.0, 1.7 * rows + 1.4, nrows=rows, sharex=True)
-        _force(grid[0], result)
-        _creepage(grid[1], result)
-        _torque(grid[2], result)
-        time = result.time
-        _speed(grid[3], result)
+        figure, grid = new_figure(8.0, 1.7 * rows + 1.4 + varies, **_rows(rows, varies))
+        _force(grid[0], run)
+        _creepage(grid[1], run)
+        _torque(grid[2], run)
+        _speed(grid[3], run)
         if twisted:
-            by_branch(grid[4], result, 1e-3 * result["axle_torque"])
+            by_branch(grid[4], run, 1e-3 * result["axle_torque"])
             grid[4].set_ylabel("axle torque  [kN m]")
-        for axes in grid:
-            _shade_low_friction(axes, result)
+        if varies:
+            _friction(grid[-1:], [run])
         figure.align_ylabels(grid)
-        grid[-1].set(xlabel="time  [s]", xlim=(time[0], time[-1]))
+        grid[-1].set(xlabel=AXES[over], xlim=_limits([run], over))
         grid[0].set_title(_summary(result, metrics), fontsize=sized(9))
-        _legend(figure, result, caption)
+        _legend(figure, [run], caption)
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
 
 def comparison(
-    results: Mapping[str, Result], metrics: Mapping[str, Metrics], *, title: str, caption: str
+    results: Mapping[str, Result],
+    metrics: Mapping[str, Metrics],
+    *,
+    title: str,
+    caption: str,
+    over: Over = "time",
 ) -> Figure:
-    """Force, creepage and torque over time, with one column per controller and common axes.
+    """Force, creepage, torque and friction, with one column per controller and common axes.
 
     Speeds are drawn, too, if a vehicle stops.
     """
     count, stops = len(results), any(map(_stops, results.values()))
+    every, runs = list(results.values()), _drawn(list(results.values()), over)
+    varies = _friction_varies(every)
     with styled():
-        common: dict[str, Any] = {"sharex": True, "sharey": "row", "squeeze": False}
         figure, grid = new_figure(
-            max(5.0, 3.1 * count), 9.0 if stops else 7.2, nrows=3 + stops, ncols=count, **common
+            max(5.0, 3.1 * count),
+            (9.0 if stops else 7.2) + varies,
+            ncols=count,
+            sharey="row",
+            squeeze=False,
+            **_rows(3 + stops, varies),
         )
-        for column, (name, result) in enumerate(results.items()):
-            _force(grid[0, column], result)
-            _creepage(grid[1, column], result)
-            _torque(grid[2, column], result)
+        for column, (name, run) in enumerate(zip(results, runs, strict=True)):
+            _force(grid[0, column], run)
+            _creepage(grid[1, column], run)
+            _torque(grid[2, column], run)
             if stops:
-                _speed(grid[3, column], result)
-            for axes in grid[:, column]:
-                _shade_low_friction(axes, result)
-            heading = f"{run_name(name)}\n{_summary(result, metrics[name])}"
+                _speed(grid[3, column], run)
+            heading = f"{run_name(name)}\n{_summary(run.result, metrics[name])}"
             grid[0, column].set_title(heading, fontsize=sized(9))
-            end = max(run.time[-1] for run in results.values())
-            grid[-1, column].set(xlabel="time  [s]", xlim=(0.0, end))
+            grid[-1, column].set(xlabel=AXES[over], xlim=_limits(runs, over))
             grid[-1, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
-        _trim_creepage(list(grid[1]), list(results.values()))
+        _trim_creepage(list(grid[1]), runs)
+        if varies:
+            _friction(grid[-1], runs)
         figure.align_ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
-        _legend(figure, next(iter(results.values())), caption)
+        _legend(figure, runs, caption)
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
+
+
+def _rows(count: int, friction: bool) -> dict[str, Any]:
+    """Rows of a figure: so many of one height, and a low one for the friction."""
+    heights = [1.0] * count + [0.4] * friction
+    return {"nrows": len(heights), "height_ratios": heights, "sharex": True}
+
+
+def _drawn(results: Sequence[Result], over: Over) -> list[_Drawn]:
+    if over not in AXES:
+        raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
+    window = max(float(np.ptp(result.time)) for result in results) / WINDOWS
+    return [_Drawn(result, _along(result, over), window) for result in results]
+
+
+def _along(result: Result, over: Over) -> FloatArray:
+    return result["distance"] if over == "distance" else result.time
+
+
+def _limits(runs: Sequence[_Drawn], over: Over) -> tuple[float, float]:
+    """Limits of the common axis; a vehicle that stands takes little of one of time."""
+    if over == "distance":
+        low, high = min(run.at.min() for run in runs), max(run.at.max() for run in runs)
+        return (low, high) if low < high else (low, low + 1.0)
+    first, last = min(run.at[0] for run in runs), max(run.at[-1] for run in runs)
+    ends = [_eventful(run.result) for run in runs]
+    start, end = min(start for start, _ in ends), max(end for _, end in ends)
+    margin = MARGIN * (end - start)
+    return max(first, start - margin), min(last, end + margin)
+
+
+def _eventful(result: Result) -> tuple[float, float]:
+    """Times between which a vehicle moves, or a line of its figure does; all if it never does."""
+    moves = np.abs(np.stack([result["speed"], _rim_and_top(result)[0]])).max(axis=0) > STOPPED
+    lines = np.stack([result[name] for name in ("speed", "creep_force", "drive_torque")])
+    small = EVENTFUL * np.ptp(lines, axis=1)[:, np.newaxis]
+    head, tail = (
+        np.flatnonzero(moves | (np.abs(lines - lines[:, [row]]) > small).any(axis=0))
+        for row in (0, -1)
+    )
+    if head.size == 0 or tail.size == 0:
+        return float(result.time[0]), float(result.time[-1])
+    return float(result.time[head[0]]), float(result.time[tail[-1]])
 
 
 def _summary(result: Result, metrics: Metrics) -> str:
@@ -145,41 +219,67 @@ def _energy(work: float) -> str:
     return f"{work / size:.3g} {unit}"
 
 
-def by_branch(axes: Axes, result: Result, values: FloatArray) -> None:
-    """Draw a signal of a run, as lines or as a band."""
-    rises = result["falling_branch"] == 0.0
-    starts = np.linspace(0, values.size, BINS, endpoint=False).astype(int)
-    if values.size <= 4 * BINS or not _vibrates(values, starts):
-        by_stability(axes, result.time, values, rises, lw=1.3)
+def by_branch(axes: Axes, run: _Drawn, values: FloatArray) -> None:
+    """Draw a signal of a run; where it vibrates, its envelope over windows of time."""
+    rises = run.result["falling_branch"] == 0.0
+    edges = _windows(run)
+    vibrates = _vibrates(values, edges)
+    shown = values.copy()
+    for first, last in zip(edges[:-1][vibrates], edges[1:][vibrates], strict=True):
+        shown[first + 1 : last] = np.nan
+    by_stability(axes, run.at, shown, rises, lw=1.3)
+    if not vibrates.any():
         return
-    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
-    at, all_rise = result.time[starts], np.minimum.reduceat(rises, starts)
-    at[-1] = result.time[-1]
-    axes.fill_between(at, low, high, color=paint.mixed(48), lw=0.0)
-    for edge in (low, high):
-        by_stability(axes, at, edge, all_rise, lw=1.3)
+    # Each window has both of its ends, between which the signal is linear: it contains the signal.
+    parts = [slice(first, last + 1) for first, last in pairwise(edges)]
+    lowest, highest = (
+        np.array([part.start + find(values[part]) for part in parts])
+        for find in (np.argmin, np.argmax)
+    )
+    at, drawn = run.at[np.repeat(edges, 2)[1:-1]], np.repeat(vibrates, 2)
+    low, high = (np.repeat(values[rows], 2) for rows in (lowest, highest))
+    look: dict[str, Any] = {"color": paint.mixed(48), "lw": 0.0, "label": _envelope(run)}
+    axes.fill_between(at, low, high, where=drawn.tolist(), **look)
+    for edge, rows in ((low, lowest), (high, highest)):
+        by_stability(axes, at, np.where(drawn, edge, np.nan), np.repeat(rises[rows], 2), lw=0.9)
 
 
-def _vibrates(values: FloatArray, starts: NDArray[np.int_]) -> bool:
-    """Whether a signal oscillates within many bins, with an amplitude above that of noise."""
-    widths = np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts)
-    ways = np.add.reduceat(np.abs(np.diff(values, append=values[-1])), starts)
+def _envelope(run: _Drawn) -> str:
+    """Name of an envelope."""
+    return f"envelope over {1e3 * run.window:.3g} ms"
+
+
+def _windows(run: _Drawn) -> NDArray[np.int_]:
+    """Rows at which the windows of an envelope begin and end."""
+    time = run.result.time
+    starts = np.searchsorted(time, np.arange(time[0], time[-1], run.window or 1.0))
+    return np.unique(np.append(starts, time.size - 1))
+
+
+def _vibrates(values: FloatArray, edges: NDArray[np.int_]) -> NDArray[np.bool_]:
+    """Windows in which a signal oscillates with an amplitude above that of noise; many or none."""
+    none = np.zeros(edges.size - 1, dtype=np.bool_)
+    if values.size <= SAMPLES * WINDOWS or none.size == 0:
+        return none
+    parts = [values[first : last + 1] for first, last in pairwise(edges)]
+    widths, ways = np.array([(np.ptp(part), np.abs(np.diff(part)).sum()) for part in parts]).T
     usual = float(np.ptp(np.quantile(values, [0.01, 0.99])))  # without single peaks
     swings = np.divide(ways, widths, out=np.zeros_like(ways), where=widths > 0.0)
-    return float(np.mean((swings > SWINGS) & (widths > 0.15 * usual))) > MANY
+    found = (swings > SWINGS) & (widths > 0.15 * usual)
+    return found if found.mean() > MANY else none
 
 
-def _force(axes: Axes, result: Result) -> None:
-    sign = np.sign(result["demand"])
+def _force(axes: Axes, run: _Drawn) -> None:
+    result, sign = run.result, np.sign(run.result["demand"])
     available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
-    axes.plot(result.time, 1e-3 * available, color=paint.ink, lw=1.2, ls=DOTTED)
-    by_branch(axes, result, 1e-3 * result["creep_force"])
+    axes.plot(run.at, 1e-3 * available, color=paint.ink, lw=1.2, ls=DOTTED)
+    by_branch(axes, run, 1e-3 * result["creep_force"])
     _from_zero(axes)
     axes.set_ylabel("creep force  [kN]")
 
 
-def _creepage(axes: Axes, result: Result) -> None:
-    by_branch(axes, result, 100.0 * np.maximum(np.abs(result["creepage"]), MIN_CREEPAGE))
+def _creepage(axes: Axes, run: _Drawn) -> None:
+    by_branch(axes, run, 100.0 * np.maximum(np.abs(drawn_creepage(run.result)), MIN_CREEPAGE))
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
@@ -187,42 +287,42 @@ def _creepage(axes: Axes, result: Result) -> None:
     axes.set_ylabel("|creepage|  [%]")
 
 
-def _torque(axes: Axes, result: Result) -> None:
-    axes.plot(result.time, 1e-3 * result["demand"], color=paint.ink, lw=1.2, ls=DOTTED)
-    by_branch(axes, result, 1e-3 * result["drive_torque"])
+def _torque(axes: Axes, run: _Drawn) -> None:
+    axes.plot(run.at, 1e-3 * run.result["demand"], color=paint.ink, lw=1.2, ls=DOTTED)
+    by_branch(axes, run, 1e-3 * run.result["drive_torque"])
     _from_zero(axes)
     axes.set_ylabel("drive torque  [kN m]")
 
 
-def _speed(axes: Axes, result: Result) -> None:
-    (rim, top), speed = _rim_and_top(result), result["speed"]
-    axes.plot(result.time, rim, color=paint.orange, lw=0.9, label="wheel rim")
-    axes.plot(result.time, speed, color=paint.ink, lw=1.3, label="vehicle")
+def _speed(axes: Axes, run: _Drawn) -> None:
+    (rim, top), speed = _rim_and_top(run.result), run.result["speed"]
+    axes.plot(run.at, rim, color=paint.orange, lw=0.9, label="wheel rim")
+    axes.plot(run.at, speed, color=paint.ink, lw=1.3, label="vehicle")
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
-        _leaves(axes, result, rim > top, f"rim: up to {rim.max():.0f} m/s")
+        _leaves(axes, run, rim > top, f"rim: up to {rim.max():.0f} m/s")
     labelled(axes, y="speed  [m/s]", legend={"loc": "best"})
 
 
-def _trim_creepage(row: list[Axes], results: list[Result]) -> None:
+def _trim_creepage(row: list[Axes], runs: Sequence[_Drawn]) -> None:
     """Limit the common creepage axis if only some runs slip away."""
-    largest = [float(np.abs(result["creepage"]).max()) for result in results]
+    creepages = [np.abs(drawn_creepage(run.result)) for run in runs]
+    largest = [float(np.nanmax(creepage, initial=0.0)) for creepage in creepages]
     if not min(largest) < MAX_CREEPAGE < max(largest):
         return
     row[0].set_ylim(top=100.0 * MAX_CREEPAGE)
-    for axes, result, highest in zip(row, results, largest, strict=True):
+    for axes, run, creepage, highest in zip(row, runs, creepages, largest, strict=True):
         if highest > MAX_CREEPAGE:
-            beyond = np.abs(result["creepage"]) > MAX_CREEPAGE
-            _leaves(axes, result, beyond, f"up to {100.0 * highest:.0f} %")
+            _leaves(axes, run, creepage > MAX_CREEPAGE, f"up to {100.0 * highest:.0f} %")
 
 
-def _leaves(axes: Axes, result: Result, beyond: Any, text: str) -> None:
+def _leaves(axes: Axes, run: _Drawn, beyond: Any, text: str) -> None:
     """Write the maximum of a line beyond the top of its axes, where it leaves them."""
-    time = result.time
-    early = time[beyond.argmax()] < 0.5 * (time[0] + time[-1])
+    first = run.at[beyond.argmax()]
+    early = first < 0.5 * (run.at.min() + run.at.max())
     side, offset = ("left", (6, -4)) if early else ("right", (-6, -4))
     look = {"xycoords": ("data", "axes fraction"), "ha": side, "va": "top", "fontsize": sized(9)}
-    note(axes, text, (time[beyond.argmax()], 1.0), offset, **look)
+    note(axes, text, (first, 1.0), offset, **look)
 
 
 def _from_zero(axes: Axes) -> None:
@@ -234,31 +334,54 @@ def _from_zero(axes: Axes) -> None:
         axes.set_ylim(top=0.0)
 
 
-def _low_friction(result: Result) -> NDArray[np.bool_]:
-    """Whether a wheel has less friction, or both a lower slope, than their highest in the run."""
-    friction = np.minimum(result["friction_scale_left"], result["friction_scale_right"])
-    slope = result["slope_scale"]
-    return np.asarray((friction < 0.99 * friction.max()) | (slope < 0.99 * slope.max()))
+def _factors(results: Sequence[Result]) -> list[tuple[str, Any, list[FloatArray]]]:
+    """Name, dashes and values in each run of the factors on friction and slope that are not 1."""
+    left, right, slope = (
+        [result[name] for result in results]
+        for name in ("friction_scale_left", "friction_scale_right", "slope_scale")
+    )
+    alike = all(map(np.array_equal, left, right))
+    one_sided = [
+        ("friction factor, left wheel", "-", left),
+        ("friction factor, right wheel", DASHED, right),
+    ]
+    found = [*([("friction factor", "-", left)] if alike else one_sided), (SLOPE, DOTTED, slope)]
+    return [row for row in found if row[0] != SLOPE or any((one != 1.0).any() for one in row[2])]
 
 
-def _shade_low_friction(axes: Axes, result: Result) -> None:
-    low = np.concatenate([[False], _low_friction(result), [False]])
-    edges = np.flatnonzero(np.diff(low.astype(int)))
-    for start, end in edges.reshape(-1, 2):
-        until = result.time[min(end, result.time.size - 1)]
-        axes.axvspan(result.time[start], until, color=paint.shade, zorder=0, lw=0)
+def _friction_varies(results: Sequence[Result]) -> bool:
+    """Whether a factor on friction or slope is not 1 in a run."""
+    return any((one != 1.0).any() for _, _, values in _factors(results) for one in values)
 
 
-def _legend(figure: Figure, result: Result, caption: str) -> None:
+def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
+    """Draw the factors on friction and slope, on one scale for all runs."""
+    top, factors = 1.0, _factors([run.result for run in runs])
+    for number, (axes, run) in enumerate(zip(row, runs, strict=True)):
+        lines = [(dashes, values[number]) for _, dashes, values in factors]
+        friction = [run.result[f"friction_scale_{side}"] for side in ("left", "right")]
+        axes.fill_between(run.at, 0.0, np.minimum(*friction), color=paint.shade, lw=0.0)
+        for dashes, values in lines:
+            axes.plot(run.at, values, color=paint.ink, ls=dashes, lw=1.2)
+        top = max(top, *(float(values.max()) for _, values in lines))
+    row[0].set(ylim=(0.0, 1.1 * top), ylabel="friction\nfactor  [1]")
+
+
+def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str) -> None:
     """Caption under the figure, and a key to the lines below it."""
     handles: list[Any] = [
         Line2D([], [], color=paint.blue, label="rising branch"),
         Line2D([], [], color=paint.orange, ls=DASHED, label="falling branch"),
         Line2D([], [], color=paint.ink, ls=DOTTED, lw=1.2, label=GIVEN),
     ]
-    if _low_friction(result).any():
-        slope = " or slope" if np.ptp(result["slope_scale"]) > 0.0 else ""
-        handles.append(Patch(color=paint.shade, label=f"low friction{slope}"))
+    bands = [band for axes in figure.axes for band in axes.collections]
+    name = _envelope(runs[0])
+    if name in [band.get_label() for band in bands]:
+        handles.append(Patch(color=paint.mixed(48), label=name))
+    factors = _factors([run.result for run in runs])
+    if len(factors) > 1:
+        for label, dashes, _ in factors:
+            handles.append(Line2D([], [], color=paint.ink, ls=dashes, lw=1.2, label=label))
     figure.legend(
         handles=handles,
         loc="outside lower left",

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.element.force_element import ForceElement
+from contactlib.runs.result import Result
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -362,6 +363,14 @@ def add_caption(figure: Figure, caption: str) -> None:
     if captions.now:
         look: dict[str, Any] = {"ha": "left", "size": sized(9), "linespacing": 1.4}
         figure.supxlabel(typeset(figure, caption), x=0.01, **look)
+
+
+def drawn_creepage(result: Result) -> FloatArray:
+    """Creepage of a run; nan where its reference speed is not the vehicle's, near standstill."""
+    creepage, speed, slip = (result[name] for name in ("creepage", "speed", "slip_velocity"))
+    true = np.isclose(np.abs(creepage * speed), np.abs(slip), rtol=1e-6, atol=1e-9)
+    slowest = np.abs(speed[~true]).max(initial=0.0)
+    return np.where(np.abs(speed) > slowest, creepage, np.nan)
 
 
 def end_of_curve(element: ForceElement) -> float:
