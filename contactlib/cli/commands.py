@@ -61,6 +61,13 @@ def demo(output: Path) -> None:
 )
 @click.option("--compare", is_flag=True, help="Run all controllers and compare them.")
 @click.option("--seed", type=Whole(0), help="Seed of the sensor noise. Default: the file's.")
+@click.option(
+    "--over",
+    type=click.Choice(["time", "distance"]),
+    default="time",
+    show_default=True,
+    help="Axis of the figures.",
+)
 @drawing_options
 @click.option(
     "-o",
@@ -74,6 +81,7 @@ def simulate(
     controller: str | None,
     compare: bool,
     seed: int | None,
+    over: str,
     output: Path | None,
     formats: tuple[str, ...],
 ) -> None:
@@ -99,7 +107,7 @@ def simulate(
         raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
     names = names if compare else [control or names[0]]
     folder = output or Path(f"contactlib-{Path(scenario).stem}")
-    write_report(loaded, names, folder, ConsoleReporter(), formats)
+    write_report(loaded, names, folder, ConsoleReporter(), formats, over)
     print_line(f"Metrics, time series and figures are in {folder}")
 
 

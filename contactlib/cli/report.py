@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from contactlib import figures
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
-from contactlib.figures import run_name
+from contactlib.figures import drivetrain_setting, run_name
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metrics, write_comparison
 from contactlib.runs.result import Result
@@ -42,6 +42,7 @@ def write_report(
     folder: str | os.PathLike[str],
     reporter: Reporter,
     formats: Sequence[str] = ("png", "svg"),
+    over: str = "time",
 ) -> dict[str, Metrics]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -58,6 +59,8 @@ def write_report(
         Shows progress, events and metrics.
     formats : sequence of str, optional
         Formats of the figures, each one of matplotlib's.
+    over : str, optional
+        Axis of the figures: "time" or "distance".
 
     Returns
     -------
@@ -87,7 +90,8 @@ def write_report(
     output.mkdir(parents=True, exist_ok=True)
     for name, result in results.items():
         result.to_csv(output / f"{name}.csv")
-    caption = f"{figures.drivetrain_setting(scenario.drivetrain)} {sensors_text(scenario)}".rstrip()
+    parts = drivetrain_setting(scenario.drivetrain), track_text(scenario), sensors_text(scenario)
+    caption = " ".join(part for part in parts if part)
     write_comparison(output, found)
     with reporter.step(f"{scenario.name}: drawing"):
         drawn = {
@@ -96,12 +100,13 @@ def write_report(
                 found[name],
                 title=f"{scenario.name}: {figures.run_name(name)}",
                 caption=caption,
+                over=over,
             )
             for name in names
         }
         if len(names) > 1:
             drawn["comparison"] = figures.comparison(
-                results, found, title=scenario.name, caption=caption
+                results, found, title=scenario.name, caption=caption, over=over
             )
         if len(names) == 1:
             for suffix in formats:
@@ -109,6 +114,20 @@ def write_report(
         for name, figure in drawn.items():
             figures.save_pictures(figure, output, name, formats)
     return found
+
+
+def track_text(scenario: Scenario) -> str:
+    """Sentence about what a figure of a run does not draw: cleaning and wheel load."""
+    track, load, parts = scenario.track, scenario.wheel_load, []
+    if track.cleaning > 0.0:
+        parts.append(f"cleaning {track.cleaning:.3g} m/J up to the factor {track.recovered:.3g}")
+    if load is not None:
+        random = f"random up to {max(load.frequency, default=0.0):.3g} Hz, seed {load.seed:g}"
+        history = f"of the static one, times {min(load.factor, default=1.0):.3g}"
+        history += f" to {max(load.factor, default=1.0):.3g}"
+        parts.append(f"wheel load {random if load.frequency else history}")
+    text = "; ".join(parts)
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def sensors_text(scenario: Scenario) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +27,7 @@ from contactlib.figures.style import (
     by_stability,
     drawn_creepage,
     labelled,
+    line_length,
     new_figure,
     note,
     paint,
@@ -74,12 +75,11 @@ class _Drawn(NamedTuple):
     window: float
 
 
-Over = Literal["time", "distance"]
 AXES = {"time": "time  [s]", "distance": "distance  [m]"}
 
 
 def scenario_run(
-    result: Result, metrics: Metrics, *, title: str, caption: str, over: Over = "time"
+    result: Result, metrics: Metrics, *, title: str, caption: str, over: str = "time"
 ) -> Figure:
     """Force, creepage, torque, speed and friction over the time or the distance of one run."""
     twisted = bool(np.any(result["axle_torque"]))
@@ -111,7 +111,7 @@ def comparison(
     *,
     title: str,
     caption: str,
-    over: Over = "time",
+    over: str = "time",
 ) -> Figure:
     """Force, creepage, torque and friction, with one column per controller and common axes.
 
@@ -156,18 +156,18 @@ def _rows(count: int, friction: bool) -> dict[str, Any]:
     return {"nrows": len(heights), "height_ratios": heights, "sharex": True}
 
 
-def _drawn(results: Sequence[Result], over: Over) -> list[_Drawn]:
+def _drawn(results: Sequence[Result], over: str) -> list[_Drawn]:
     if over not in AXES:
         raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
     window = max(float(np.ptp(result.time)) for result in results) / WINDOWS
     return [_Drawn(result, _along(result, over), window) for result in results]
 
 
-def _along(result: Result, over: Over) -> FloatArray:
+def _along(result: Result, over: str) -> FloatArray:
     return result["distance"] if over == "distance" else result.time
 
 
-def _limits(runs: Sequence[_Drawn], over: Over) -> tuple[float, float]:
+def _limits(runs: Sequence[_Drawn], over: str) -> tuple[float, float]:
     """Limits of the common axis; a vehicle that stands takes little of one of time."""
     if over == "distance":
         low, high = min(run.at.min() for run in runs), max(run.at.max() for run in runs)
@@ -382,10 +382,12 @@ def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str) -> None:
     if len(factors) > 1:
         for label, dashes, _ in factors:
             handles.append(Line2D([], [], color=paint.ink, ls=dashes, lw=1.2, label=label))
+    longest = max(len(handle.get_label()) for handle in handles)
+    columns = line_length(figure, 12.0) // (longest + 6)
     figure.legend(
         handles=handles,
         loc="outside lower left",
-        ncols=len(handles) if figure.get_figwidth() > 7.0 else 2,
+        ncols=min(max(2, columns), len(handles)),
         title=typeset(figure, caption),
         title_fontsize=sized(9),
         alignment="left",

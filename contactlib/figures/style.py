@@ -19,8 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, declared
 from contactlib.element.force_element import ForceElement
+from contactlib.laws.friction import EXPONENTIAL
+from contactlib.laws.hertz import EllipticContact
 from contactlib.runs.result import Result
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
@@ -45,6 +47,7 @@ LABELS = {  # of axes, by what stands there
     "gain": r"gain $K_p$  [kN m]",
     "stick boundary": "stick boundary $c/a$  [1]: full stick at -1, full slip at 1",
 }
+DEFAULTS = declared(ForceElement)
 SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
 # Colours that colour-blind readers can distinguish (Okabe & Ito): blue, orange, green.
 CYCLE = ("#0072B2", "#D55E00", "#009E73")
@@ -380,34 +383,82 @@ def end_of_curve(element: ForceElement) -> float:
 
 
 def setting(wheelset: Wheelset, speed: float | None = None) -> str:
-    """Parameters of a wheelset, for a caption."""
-    element, friction = wheelset.element, wheelset.element.friction
-    parts = [] if element.table.one_axis else [f"k_hat {element.k_hat:.3g}"]
-    if element.table.points is None:
-        parts += [
-            f"zeta0 {100.0 * element.saturation_creepage:.3g} %",
-            f"f_d {friction.kinetic:.3g}",
-        ]
-    else:
-        parts.append(f"Curve measured up to {100.0 * end_of_curve(element):.3g} %")
+    """Parameters of a wheelset, for a caption: all that differ from their defaults."""
+    parts = [*_contact_setting(wheelset.element), *_friction_setting(wheelset.element)]
+    resistance = wheelset.resistance
     parts += [
-        f"$P$ {1e-3 * element.contact.normal_load:.4g} kN",
         f"$r$ {wheelset.radius:.3g} m",
         f"$J$ {wheelset.inertia:.4g} kg m$^2$",
         f"$b$ {wheelset.damping:.3g} N m s",
     ]
-    if friction.slip_rate_decay > 0.0:
-        parts += [
-            f"slip-rate residual {friction.slip_rate_residual:.3g}",
-            f"decay {friction.slip_rate_decay:.3g} s/m",
-        ]
     if wheelset.mass is not None:
         parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")
+    davis = (("$A$", resistance.constant, "N"), ("$B$", resistance.linear, "N s/m"))
+    for name, value, unit in (*davis, ("$C$", resistance.quadratic, "N s$^2$/m$^2$")):
+        if value:
+            parts.append(f"{name} {value:.4g} {unit}")
+    if resistance.grade:
+        parts.append(f"grade {100.0 * resistance.grade:.3g} %")
     if speed is not None:
         parts.append(f"$V$ {speed:.3g} m/s{' (held)' if wheelset.speed_held else ''}")
     elif wheelset.speed_held:
         parts.append("$V$ held")
     return _listed(parts)
+
+
+def _contact_setting(element: ForceElement) -> list[str]:
+    """Law, contact and layer of an element."""
+    table, contact = element.table, element.contact
+    law, *options = table.law.split()
+    parts = []
+    if table.points is not None:
+        parts.append(f"Curve measured up to {100.0 * end_of_curve(element):.3g} %")
+    elif law != "CarterGriffith":
+        parts.append(" ".join([f"law {law}", *(options if table.one_axis else [])]))
+    if not table.one_axis:
+        parts.append(f"k_hat {element.k_hat:.3g}")
+    parts.append(f"zeta0 {100.0 * element.saturation_creepage:.3g} %")
+    if isinstance(contact, EllipticContact):
+        axes = f"{1e3 * contact.semi_axis_x:.3g} x {1e3 * contact.semi_axis_y:.3g} mm"
+        uncoupled = f" of {contact.theory}" * (contact.theory != "half_space")
+        parts.append(f"semi-axes {axes}{uncoupled}")
+    else:
+        sides = f"{1e3 * contact.semi_width:.3g} mm, length {1e3 * contact.length:.3g} mm"
+        parts.append(f"semi-width {sides}")
+    parts.append(f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa")
+    if isinstance(contact, EllipticContact):
+        parts.append(f"Poisson {contact.poisson_ratio:.3g}")
+    if element.layer_compliance:
+        parts.append(f"layer {1e12 * element.layer_compliance:.3g} um/MPa")
+    if element.load_exponent is not None:
+        parts.append(f"load exponent {element.load_exponent:.3g}")
+    if element.memory:
+        parts.append("memory")
+    wheels = f"{element.wheels:g} wheels of " * (element.wheels > 1)
+    parts.append(f"{wheels}$P$ {1e-3 * contact.normal_load:.4g} kN")
+    if element.minimum_speed != DEFAULTS["minimum_speed"].default:
+        parts.append(f"minimum speed {element.minimum_speed:.3g} m/s")
+    return parts
+
+
+def _friction_setting(element: ForceElement) -> list[str]:
+    """Friction of an element; a measured curve contains it."""
+    friction, parts = element.friction, []
+    if element.table.points is None:
+        parts += [f"f_s {friction.static:.3g}", f"f_d {friction.kinetic:.3g}"]
+        if friction.weakening != EXPONENTIAL and not element.table.one_axis:
+            parts.append(f"weakening {friction.weakening.name}")
+    if friction.slip_rate_decay > 0.0:
+        parts += [
+            f"slip-rate residual {friction.slip_rate_residual:.3g}",
+            f"decay {friction.slip_rate_decay:.3g} s/m",
+        ]
+    if friction.softens_with_heat:
+        parts += [
+            f"softening temperature {friction.softening_temperature:.4g} K",
+            f"effusivity {1e-3 * friction.thermal_effusivity:.4g} kW s$^{{0.5}}$/(m$^2$ K)",
+        ]
+    return parts
 
 
 def drivetrain_setting(drivetrain: Drivetrain) -> str:
@@ -425,12 +476,12 @@ def drivetrain_setting(drivetrain: Drivetrain) -> str:
         parts.append(f"brake: delay {1e3 * brake.delay:.3g} ms")
         parts.append(f"fill {brake.fill_time:.3g} s")
         parts.append(f"vent {brake.vent_time:.3g} s")
-    if drivetrain.wheelset.element.memory:
-        parts.append("contact with memory")
     if drivetrain.axle is not None:
         hertz = drivetrain.torsional_frequency / (2.0 * math.pi)
         damping = 100.0 * drivetrain.torsional_damping_ratio
         parts.append(f"axle {hertz:.3g} Hz, {damping:.2g} % of critical")
+        if (share := drivetrain.axle.drive_share) != 0.5:
+            parts.append(f"drive share {share:.3g}")
     more = _listed(parts) if parts else ""
     return f"{setting(drivetrain.wheelset)} {more[:1].upper()}{more[1:]}".rstrip()
 

@@ -206,6 +206,6 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
     limits += ", brake: delay 40 ms, fill 0.25 s, vent 0.1 s"
-    assert f"Motor lag 10 ms, {limits}, contact with memory, axle {hertz:.3g} Hz, " in setting
+    assert f"Motor lag 10 ms, {limits}, axle {hertz:.3g} Hz, " in setting
     assert setting.endswith("% of critical.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0
