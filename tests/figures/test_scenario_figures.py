@@ -15,8 +15,9 @@ from matplotlib.collections import PolyCollection
 from numpy.testing import assert_allclose
 
 import contactlib as cl
+from contactlib.cli.report import track_text
 from contactlib.figures import comparison, run_name, scenario_run
-from contactlib.figures.style import drivetrain_setting
+from contactlib.figures.style import drivetrain_setting, setting
 from contactlib.runs import Metrics
 from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 
@@ -56,7 +57,7 @@ def test_run_can_be_read(
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
-    force, creepage, torque, speed = figure.axes
+    force, creepage, torque, speed, _ = figure.axes
     falls = runs[name]["falling_branch"] > 0.0
     assert falls.any()
     assert not falls.all()
@@ -84,7 +85,7 @@ def test_slip_away_does_not_stretch_the_axes(
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
-    grid = np.array(figure.axes).reshape(3, 3)
+    grid = np.array(figure.axes).reshape(4, 3)
     assert [axes.get_ylim()[1] for axes in grid[1]] == [100.0] * 3
     largest = 100.0 * runs["open_loop"]["creepage"].max()
     assert [text.get_text() for text in grid[1, 0].texts] == [f"up to {largest:.0f} %"]
@@ -105,60 +106,164 @@ def test_slip_away_does_not_stretch_the_axes(
     assert speed.get_ylim()[1] == pytest.approx(2.5 * runs["open_loop"]["speed"].max())
 
 
-def test_low_friction_is_shaded_where_it_is(
+def test_friction_itself_is_drawn_on_one_scale(
     runs: Mapping[str, cl.Result], found: dict[str, Metrics]
 ) -> None:
-    run = runs["threshold"]
-    (patch,) = scenario_run(run, found["threshold"], title="", caption="").axes[0].patches
-    box = patch.get_path().get_extents(patch.get_patch_transform())
-    low = run["friction_scale_left"] < 0.99
-    assert box.x0 == pytest.approx(run.time[low.argmax()])
-    assert run.time[low][-1] <= box.x1 <= run.time[low][-1] + 0.01
+    """Also where it is constant, or its largest value differs from run to run."""
+    names = ("friction_scale_left", "friction_scale_right")
+    low = {name: np.full_like(runs["creep_pi"].time, 0.3) for name in names}
+    constant = cl.Result(
+        runs["creep_pi"].time, {**runs["creep_pi"].signals, **low}, runs["creep_pi"].units
+    )
+    both = {"threshold": runs["threshold"], "creep_pi": constant}
+    of_time, along = (
+        comparison(both, found, title="", caption="", over=over) for over in ("time", "distance")
+    )
+    for figure, places in ((of_time, None), (along, "distance")):
+        for axes, run in zip(figure.axes[-2:], both.values(), strict=True):
+            (line,) = axes.lines
+            assert_allclose(line.get_ydata(), run["friction_scale_left"])
+            assert_allclose(line.get_xdata(), run.time if places is None else run[places])
+            (band,) = axes.collections
+            assert band.get_datalim(axes.transData).y1 == run["friction_scale_left"].max()
+        assert len({axes.get_ylim() for axes in figure.axes[-2:]}) == 1
+        assert not any(axes.patches for axes in figure.axes)
+    assert along.axes[-1].get_xlabel() == "distance  [m]"
+    assert along.axes[-1].get_xlim() == (0.0, max(run["distance"].max() for run in both.values()))
 
 
-def test_a_low_slope_is_shaded_as_well(wet: cl.Scenario) -> None:
-    slope = cl.Profile((2.0, 2.0), (1.0, 0.3))
-    case = replace(wet, track=cl.Track(slope=slope), duration=0.5)
+def test_an_unknown_axis_is_refused(
+    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
+) -> None:
+    with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
+        scenario_run(runs["creep_pi"], found["creep_pi"], title="", caption="", over="place")
+
+
+def test_wheels_and_slope_have_factors_of_their_own(wet: cl.Scenario) -> None:
+    track = cl.Track(
+        friction_left=cl.Profile((2.0, 2.0), (1.0, 0.5)),
+        friction_right=cl.Profile((3.0, 3.0), (1.0, 1.2)),
+        slope=cl.Profile((2.0, 2.0), (1.0, 0.3)),
+    )
+    case = replace(wet, track=track, duration=0.5)
     run = cl.run_scenario(case, "open_loop")
     figure = scenario_run(run, cl.metrics(run, case.drivetrain), title="", caption=CAPTION)
-    (patch,) = figure.axes[0].patches
-    box = patch.get_path().get_extents(patch.get_patch_transform())
-    assert box.x0 == pytest.approx(run.time[(run["slope_scale"] < 1.0).argmax()])
+    names = ("friction_scale_left", "friction_scale_right", "slope_scale")
+    for line, name in zip(figure.axes[-1].lines, names, strict=True):
+        assert_allclose(line.get_ydata(), run[name])
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend[-3:] == [
+        "friction factor, left wheel",
+        "friction factor, right wheel",
+        "slope factor",
+    ]
+    checks.check_styles(figure)
 
 
-def test_a_vibration_is_a_band_and_a_slow_cycle_a_line(wet: cl.Scenario) -> None:
+def made_up(wet: cl.Scenario, time: np.ndarray, **given: np.ndarray) -> cl.Result:
+    """A result of these signals [in SI units]; the others are plain."""
+    plain, names = np.zeros_like(time), cl.run_scenario(replace(wet, duration=0.02), "open_loop")
+    factors = dict.fromkeys(("friction_scale_left", "friction_scale_right", "slope_scale"), 1.0)
+    signals = dict.fromkeys(names.units, plain)
+    signals |= {name: plain + value for name, value in factors.items()}
+    signals |= {"speed": plain + 10.0, "demand": plain + 2e4, **given}
+    return cl.Result(time, MappingProxyType(signals), MappingProxyType(dict(names.units)))
+
+
+@pytest.mark.parametrize("over", ["time", "distance"])
+def test_a_vibration_is_its_envelope_and_a_slow_cycle_a_line(wet: cl.Scenario, over: str) -> None:
     time = np.linspace(0.0, 10.0, 20001)
-    plain = np.zeros_like(time)
-    swinging = np.where(time > 4.0, 3.0 * np.sin(2.0 * np.pi * 50.0 * time), 0.0)
+    swinging = np.where(time > 4.013, 3.0 * np.sin(2.0 * np.pi * 47.0 * time), 0.0)
     slow = 5.0 * np.sign(np.sin(2.0 * np.pi * 1.0 * time))
     noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
-    names = cl.run_scenario(replace(wet, duration=0.02), "open_loop").units
-    signals = dict.fromkeys(names, plain) | {
-        "axle_torque": 1e3 * (8.0 + swinging),
-        "drive_torque": 1e3 * (20.0 + slow + noise),
-        "creep_force": 1e3 * (40.0 + time + noise),
-        "speed": plain + 10.0,
-        "falling_branch": np.where(time > 4.0, 1.0, 0.0),
-        "friction_scale_left": plain + 1.0,
-        "friction_scale_right": plain + 1.0,
-        "slope_scale": plain + 1.0,
-        "demand": plain + 2e4,
-    }
-    run = cl.Result(time, MappingProxyType(signals), MappingProxyType(names))
+    run = made_up(
+        wet,
+        time,
+        axle_torque=1e3 * (8.0 + np.minimum(swinging, 2.0)),
+        drive_torque=1e3 * (20.0 + slow + noise),
+        creep_force=1e3 * (40.0 + time + noise),
+        falling_branch=np.where(swinging < 0.0, 1.0, 0.0),
+        distance=3.0 * time**2,
+    )
     figure = scenario_run(
-        run, cl.metrics(run, wet.drivetrain), title="A vibration", caption=CAPTION
+        run, cl.metrics(run, wet.drivetrain), title="A vibration", caption=CAPTION, over=over
     )
     force, _, torque, _, axle = figure.axes
-    bands = [c for c in axle.collections if isinstance(c, PolyCollection)]
-    assert len(bands) == 1
     for axes in (force, torque):
         assert not axes.collections
         assert max(len(line.get_ydata()) for line in axes.lines) == time.size  # type: ignore[arg-type]
-    low, high = (values[np.isfinite(values)] for values in drawn(axle, "--"))
-    assert_allclose([low[5:].mean(), high[5:].mean()], [5.0, 11.0], atol=0.1)
-    for values in drawn(axle, "-"):
-        assert_allclose(values[np.isfinite(values)], 8.0)
+    (band,) = (c for c in axle.collections if isinstance(c, PolyCollection))
+    assert band.get_label() == "envelope over 50 ms"
+    assert band.get_label() in [text.get_text() for text in figure.legends[0].get_texts()]
+    # The signal lies in the band, and the band nowhere beyond the signal.
+    values, at = 1e-3 * run["axle_torque"], run.time if over == "time" else run["distance"]
+    low, high = 8.0 - 3.0, 8.0 + 2.0
+    assert_allclose(band.get_datalim(axle.transData).intervaly, [low, high], rtol=1e-3)
+    (path,) = band.get_paths()
+    first = path.vertices[:, 0].min()
+    covered = at >= first
+    assert time[covered][0] > 4.013 - 0.05
+    inside = path.contains_points(np.column_stack([at, values])[covered], radius=1e-3)
+    assert inside.mean() > 0.99
+    # Before it the signal itself is drawn; its edges are dashed only where they fall.
+    shown, *_, edges = (
+        [drawn(axle, style)[i] for style in ("-", "--")] for i in range(len(drawn(axle, "-")))
+    )
+    assert_allclose(shown[0][~covered & (swinging >= 0.0)], 8.0)
+    lower = [drawn(axle, style)[1] for style in ("-", "--")]
+    assert not np.isfinite(lower[0]).any()  # the minima lie on the falling branch
+    assert_allclose(lower[1][np.isfinite(lower[1])], low, rtol=1e-3)
+    assert_allclose(edges[0][np.isfinite(edges[0])], high, rtol=1e-3)
+    assert not np.isfinite(edges[1]).any()
     checks.check_layout(figure)
+
+
+def test_an_envelope_never_exceeds_the_demand(wet: cl.Scenario) -> None:
+    """A torque that vibrates below a falling demand, which limits it."""
+    time = np.linspace(0.0, 10.0, 20001)
+    demand = 1e3 * (25.0 - 2.0 * time)
+    torque = np.minimum(demand, demand - 2e3 + 3e3 * np.sin(2.0 * np.pi * 83.0 * time))
+    run = made_up(wet, time, demand=demand, drive_torque=torque)
+    axes = scenario_run(run, cl.metrics(run, wet.drivetrain), title="", caption="").axes[2]
+    (band,) = (c for c in axes.collections if isinstance(c, PolyCollection))
+    for path in band.get_paths():
+        x, y = path.vertices.T
+        # Within a window of 50 ms and a row the demand falls by 0.101 kN m.
+        assert (y <= np.interp(x, time, 1e-3 * demand) + 0.101 + 1e-9).all()
+
+
+@pytest.mark.parametrize("stands", [(0.0, 6.0), (9.0, 0.0), (4.0, 4.0)])
+def test_standstill_takes_little_of_the_axis(wet: cl.Scenario, stands: tuple[float, float]) -> None:
+    before, after = stands
+    time = np.linspace(0.0, before + 10.0 + after, 4001)
+    speed = np.interp(time, (before, before + 5.0, before + 10.0), (0.0, 8.0, 0.0))
+    run = made_up(wet, time, speed=speed, distance=np.cumsum(speed) * time[1])
+    found = cl.metrics(run, wet.drivetrain)
+    for figure in (
+        scenario_run(run, found, title="", caption=""),
+        comparison({"a": run, "b": run}, {"a": found, "b": found}, title="", caption=""),
+    ):
+        low, high = figure.axes[-1].get_xlim()
+        assert low <= before <= low + 0.5
+        assert high - 0.5 <= before + 10.0 <= high
+
+
+def test_creepage_is_drawn_only_where_it_is_slip_over_speed(wet: cl.Scenario) -> None:
+    """Below the minimum speed the reference of the creepage is not the vehicle's speed."""
+    body = wet.drivetrain.wheelset.without_memory()
+    steady = replace(wet.drivetrain, wheelset=body)
+    slow = replace(wet, drivetrain=steady, initial_speed=0.0, design_speed=10.0, duration=2.0)
+    demand = cl.Profile((0.0, 0.5, 1.0), (0.0, 0.0, 20e3))
+    run = cl.run_scenario(replace(slow, demand=demand), "open_loop")
+    minimum = wet.drivetrain.wheelset.element.minimum_speed
+    axes = scenario_run(run, cl.metrics(run, wet.drivetrain), title="", caption="").axes[1]
+    lines = np.array([np.asarray(line.get_ydata(), dtype=float) for line in axes.lines[:2]])
+    shown = np.isfinite(lines).any(axis=0)
+    below = np.abs(run["speed"]) < 0.9 * minimum
+    assert np.abs(run["creepage"])[below].max() > 1e-3
+    assert not shown[below].any()
+    assert shown[np.abs(run["speed"]) >= minimum].all()
+    assert 0.0 < below.mean() < 1.0
 
 
 def test_runs_have_names_in_words() -> None:
@@ -185,13 +290,78 @@ def test_a_stop_shows_speeds_and_its_distance() -> None:
     stops = {name: cl.run_scenario(case, name) for name in ("open_loop", "wsp")}
     found = {name: cl.metrics(run, case.drivetrain) for name, run in stops.items()}
     figure = comparison(stops, found, title="", caption="")
-    assert len(figure.axes) == 8
-    for axes, (name, run) in zip(figure.axes[6:], stops.items(), strict=True):
+    assert len(figure.axes) == 10
+    for axes, (name, run) in zip(figure.axes[6:8], stops.items(), strict=True):
         _, rim, _ = checks.lines(axes, "wheel rim")
         assert_allclose(rim, run["speed"] + run["slip_velocity"])
         title = figure.axes[list(stops).index(name)].get_title("left")
         assert f"stops after {run['distance'][-1]:.0f} m" in title
     checks.check_layout(figure)
+
+
+def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
+    """The wheelset with another value of each parameter that a run depends on."""
+    element, friction, contact = (
+        wheelset.element,
+        wheelset.element.friction,
+        wheelset.element.contact,
+    )
+    of_body = {"mass": None, "inertia": 251.0, "damping": 6.0}
+    of_element = {
+        "layer_compliance": 2e-13,
+        "wheels": 4,
+        "memory": True,
+        "minimum_speed": 0.2,
+        "load_exponent": 0.2,
+        "radius": 0.46,
+        "slope_reduction": 0.5,
+    }
+    of_friction = {
+        "static": 0.46,
+        "kinetic": 0.2,
+        "weakening_length": 1e-6,
+        "slip_rate_decay": 0.5,
+        "softening_temperature": 600.0,
+    }
+    of_contact = {"normal_load": 9e4, "radius_y": 0.4, "poisson_ratio": 0.28, "theory": "strips"}
+    of_resistance = {"constant": 1e3, "linear": 50.0, "quadratic": 2.0, "grade": -0.01}
+    others = {name: replace(element, **{name: value}) for name, value in of_element.items()}
+    for name, value in of_friction.items():
+        others[name] = replace(element, friction=replace(friction, **{name: value}))
+    for name, value in of_contact.items():
+        others[name] = replace(element, contact=replace(contact, **{name: value}))
+    found = {name: replace(wheelset, **{name: value}) for name, value in of_body.items()}
+    found |= {name: replace(wheelset, element=other) for name, other in others.items()}
+    for name, value in of_resistance.items():
+        resistance = replace(wheelset.resistance, **{name: value})
+        found[name] = replace(wheelset, resistance=resistance)
+    return found
+
+
+@pytest.mark.filterwarnings("ignore:process zone")
+def test_a_caption_has_every_parameter(locomotive: cl.Model) -> None:
+    captions = {name: setting(body) for name, body in changed(locomotive.wheelset).items()}
+    assert len({setting(locomotive.wheelset), *captions.values()}) == len(captions) + 1
+    shown = {
+        "layer_compliance": "layer 0.2 um/MPa",
+        "memory": "memory",
+        "grade": "grade -1 %",
+        "wheels": "4 wheels of $P$ 110.3 kN",
+        "static": "f_s 0.46",
+    }
+    for name, text in shown.items():
+        assert text in captions[name].replace("\u00a0", " ")
+
+
+def test_a_report_has_what_no_line_shows(wet: cl.Scenario) -> None:
+    case = replace(
+        wet,
+        track=replace(wet.track, cleaning=2e-3, recovered=0.8),
+        wheel_load=cl.vehicle.WheelLoad(time=(0.0, 1.0), factor=(0.9, 1.2)),
+    )
+    cleaned = "Cleaning 0.002 m/J up to the factor 0.8"
+    assert track_text(case) == f"{cleaned}; wheel load of the static one, times 0.9 to 1.2."
+    assert track_text(wet) == ""
 
 
 def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
@@ -202,10 +372,10 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
         motor=Motor(lag=0.01, power=1.6e6, torque_rate=1e5, trip_speed=45.0),
         brake=Brake(fill_time=0.25, vent_time=0.1, delay=0.04),
     )
-    setting = drivetrain_setting(drivetrain).replace("\u00a0", " ")
+    of_drive = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
     limits += ", brake: delay 40 ms, fill 0.25 s, vent 0.1 s"
-    assert f"Motor lag 10 ms, {limits}, axle {hertz:.3g} Hz, " in setting
-    assert setting.endswith("% of critical.")
+    assert f"Motor lag 10 ms, {limits}, axle {hertz:.3g} Hz, " in of_drive
+    assert of_drive.endswith("% of critical, drive share 0.4.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0
