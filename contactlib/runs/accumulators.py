@@ -22,6 +22,7 @@ WINDOW = 0.1  # time over which the jerk's acceleration is averaged [s]
 # use nearly 0.9 in the mean; on a share this close, noise would decide.
 RECOVERED = 0.8
 LASTS = 1.0  # time over which it has to be recovered in the mean [s]
+FOLLOWS = 0.1  # time in which a sampled controller follows a change of the demand [s]
 NEGLIGIBLE = 0.01  # lack of force that is ignored / grip [1]
 
 
@@ -342,6 +343,8 @@ class Recovery:
         self._joint = Joint()
         self._time = np.zeros(0)
         self._lacks = np.zeros((0, n), dtype=np.bool_)  # whether the surplus is negative
+        self._slips = np.zeros((0, n), dtype=np.bool_)  # whether slip or its control is the cause
+        self._before = np.zeros(0), np.zeros((0, n))  # times and demands of the last moments
         self._sum = np.zeros((0, n))  # integral of the surplus up to each row
         self._since = np.full(n, np.nan)  # time of the first lack not yet recovered from
         self._longest = np.zeros(n)
@@ -352,6 +355,7 @@ class Recovery:
         surplus = np.maximum((1.0 - RECOVERED) * possible, self._negligible)
         surplus -= np.where(rows["demand"] != 0.0, np.maximum(possible - force, 0.0), 0.0)
         lacks = np.concatenate([self._lacks, surplus < 0.0])
+        slips = np.concatenate([self._slips, (rows["falling_branch"] > 0.0) | self._held(rows)])
         time = np.concatenate([self._time, rows.time])
         surplus, when = self._joint(surplus, rows.time)
         parts = 0.5 * np.diff(when)[:, np.newaxis] * (surplus[1:] + surplus[:-1])
@@ -359,9 +363,21 @@ class Recovery:
         sums = np.concatenate([sums, np.cumsum(np.concatenate([sums[-1:], parts]), axis=0)[1:]])
         done = int(np.count_nonzero(time + LASTS <= time[-1]))
         later = np.searchsorted(time, time[:done] + LASTS, side="right") - 1
-        self._time, self._lacks = time, lacks
+        self._time, self._lacks, self._slips = time, lacks, slips
         self._since, self._longest = self._answered(sums[later] >= sums[:done])
-        self._time, self._lacks, self._sum = time[done:], lacks[done:], sums[done:].copy()
+        self._time, self._lacks, self._slips = time[done:], lacks[done:], slips[done:]
+        self._sum = sums[done:].copy()
+
+    def _held(self, rows: DerivedRows) -> NDArray[np.bool_]:
+        """Whether less is commanded than the driver demands and did a moment ago."""
+        time, demand = self._before
+        time = np.concatenate([time, rows.time])
+        demand = np.concatenate([demand, np.abs(rows["demand"])])
+        before = np.maximum(np.searchsorted(time, rows.time - FOLLOWS, side="right") - 1, 0)
+        least = np.minimum(demand[before], demand[-rows.time.size :])
+        first = int(np.searchsorted(time, time[-1] - 2.0 * FOLLOWS))
+        self._before = time[first:], demand[first:]
+        return np.asarray(np.abs(rows["commanded_torque"]) < RECOVERED * least)
 
     def value(self) -> FloatArray:
         """Return the numbers of the rows so far."""
@@ -376,10 +392,11 @@ class Recovery:
         `lasts` contains for these rows whether no force lacks in the mean over the window.
         """
         since, longest = self._since, self._longest
-        for t, lacking, good in zip(self._time.tolist(), self._lacks, lasts, strict=False):
+        rows = zip(self._time.tolist(), self._lacks, self._slips, lasts, strict=False)
+        for t, lacking, slips, good in rows:
             waits = ~np.isnan(since)
             if waits.any() or lacking.any():
                 ends = waits & good & ~lacking
                 longest = np.where(ends, np.maximum(longest, t - since), longest)
-                since = np.where(ends, np.nan, np.where(lacking & ~waits, t, since))
+                since = np.where(ends, np.nan, np.where(lacking & slips & ~waits, t, since))
         return since, longest

@@ -141,10 +141,18 @@ def _largest_slip_speed(vehicles: Vehicles) -> Accumulator:
 
 
 def _slip_share(vehicles: Vehicles) -> Accumulator:
+    def passed_on(rows: DerivedRows) -> FloatArray:
+        """Power that contacts pass on, to the vehicle or to a wheel that is braked [W]."""
+        power = np.zeros_like(rows["speed"])
+        for side in ("left", "right"):
+            force, rim = rows[f"creep_force_{side}"], vehicles.radius * rows[f"omega_{side}"]
+            power += np.maximum(force * rows["speed"], 0.0) + np.maximum(-force * rim, 0.0)
+        return power
+
     return Together(
-        lambda work, rail: _share(work.change(), rail.value()),
+        lambda work, rest: _share(work.change(), work.change() + rest.value()),
         Ends(_signal("creep_work")),
-        Integral(lambda rows: np.abs(rows["creep_force"] * rows["speed"])),
+        Integral(passed_on),
     )
 
 
@@ -205,7 +213,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         ),
         "recovery_time": Outcome(
             "s",
-            "longest time from a lack of force until it is back and stays",
+            "longest time from a lack of force by slip or its control until it is back and stays",
             Recovery,
             better=-1,
             infinite="does not recover",
@@ -215,7 +223,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "J", "work that friction turns into heat", _change("creep_work"), better=-1
         ),
         "slip_share": Outcome(
-            "1", "slip work / work at the rail", _slip_share, percent=True, better=-1
+            "1", "slip work / work that enters the contacts", _slip_share, percent=True, better=-1
         ),
         "jerk": Outcome("m/s3", "largest change of the vehicle's acceleration", Jerk, better=-1),
         "torsional_peak": Outcome(
@@ -264,15 +272,19 @@ class Metrics(NamedTuple):
         Largest |r omega - V| of a wheel [m/s].
     recovery_time : float
         Longest recovery of the run [s]; zero if force never lacks. It begins when s Q falls short
-        of Q_t by more than a fifth of Q_t and a hundredth of the grip f_d P. It ends at the first
-        time at which the shortfall is within this limit and so is its mean over the next second;
-        late in a run, over the last second. So a short dip of a limit cycle counts by itself.
-        Infinite if the mean over the last second is beyond the limit.
+        of Q_t by more than a fifth of Q_t and a hundredth of the grip f_d P while a wheel is on the
+        falling branch, or slip control commands less than four fifths of the demand of the last
+        tenth of a second; so the time in which a brake fills at the start does not count. It ends
+        at the first time at which the shortfall is within this limit and so is its mean over the
+        next second; late in a run, over the last second. So a short dip of a limit cycle counts by
+        itself. Infinite if the mean over the last second is beyond the limit.
     slip_work : float
         int Q (r omega - V) dt, the heat from friction [J]. If a wheel slips away it may exceed the
         work of any real drive, unless `Motor` has limits: only these limit the rim speed.
     slip_share : float
-        Slip work / int |Q V| dt, the work exchanged with the vehicle; nan if that is zero [1].
+        Slip work / work that enters the contacts, from the drive or from a vehicle that brakes: 0
+        without slip, 1 for a locked wheel or one that spins beside a vehicle that stands; nan if
+        none enters [1].
     jerk : float
         Largest |V(t) - 2 V(t + W) + V(t + 2 W)|/W**2: change of the acceleration from one window
         W of 0.1 s to the next [m/s3]; nan if the speed is held.

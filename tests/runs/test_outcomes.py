@@ -33,9 +33,17 @@ LEVEL = 40e3  # force that all of these runs could transmit [N]
 
 
 def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
-    """A run with these signals; both wheels do the same, and what is not given is zero."""
+    """A run with these signals; both wheels do the same, and what is not given is zero.
+
+    The demand is commanded.
+    """
     t = np.asarray(time, dtype=np.float64)
     given: dict[str, Any] = {"available_force": LEVEL, "friction_scale": 1.0, **signals}
+    given.setdefault("commanded_torque", given.get("demand", 0.0))
+    given.setdefault("falling_branch", 0.0)
+    for side in ("left", "right"):
+        force = 0.5 * np.asarray(given.get("creep_force", 0.0))
+        given.setdefault(f"creep_force_{side}", force)
     for name in BOTH:
         for side in ("left", "right"):
             given.setdefault(f"{name}_{side}", given.get(name, 0.0))
@@ -111,11 +119,38 @@ def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
     assert math.isnan(metrics(unlimited, held).limited_utilisation)
 
 
-def test_slip_share_is_slip_work_over_work_at_the_rail(held: Drivetrain) -> None:
-    time = np.linspace(0.0, 2.0, 201)
-    turning = np.where(time < 1.0, 1.0, -1.0) * 2e4  # drives, then brakes: both are work
-    run = run_of(time, creep_force=turning, speed=10.0 + time, creep_work=1.1e3 * time)
-    assert metrics(run, held).slip_share == pytest.approx(2.2e3 / (2e4 * 22.0), rel=1e-12)
+@pytest.mark.parametrize(
+    ("force", "rim", "speed", "share"),
+    [
+        (2e4, 12.0, 10.0, 2.0 / 12.0),  # drives
+        (-2e4, 8.0, 10.0, 2.0 / 10.0),  # brakes
+        (-2e4, 0.0, 10.0, 1.0),  # locked
+        (2e4, 9.0, 0.0, 1.0),  # spins beside a vehicle that stands
+        (-2e4, -4.0, 10.0, 1.0),  # turns backward: both put work into the contact
+        (2e4, -8.0, -10.0, 2.0 / 10.0),  # brakes while rolling backward
+        (2e4, 300.0, 2.0, 298.0 / 300.0),
+        (0.0, 10.0, 10.0, math.nan),
+    ],
+)
+def test_slip_share_is_the_part_of_the_work_that_becomes_heat(
+    held: Drivetrain, force: float, rim: float, speed: float, share: float
+) -> None:
+    time = np.linspace(0.0, 2.0, 21)
+    heat = force * (rim - speed)
+    omega = rim / held.wheelset.radius
+    run = run_of(time, creep_force=force, omega=omega, speed=speed, creep_work=heat * time)
+    assert metrics(run, held).slip_share == pytest.approx(share, rel=1e-12, nan_ok=True)
+
+
+def test_slip_share_of_a_wheel_that_slips_away_stays_below_one() -> None:
+    scenario = replace(cl.load_scenario("dry_wet_dry.toml"), duration=6.0)
+    run = cl.run_scenario(scenario, "open_loop")
+    found = metrics(run, scenario.drivetrain)
+    at_rail = np.trapezoid(np.abs(run["creep_force"] * run["speed"]), run.time)
+    assert found.slip_work > at_rail
+    assert found.slip_share == pytest.approx(
+        found.slip_work / (found.slip_work + at_rail), rel=0.02
+    )
 
 
 @pytest.mark.parametrize("creepage", [1e-4, 0.004, 0.012])
@@ -180,8 +215,37 @@ def recovery_time(held: Drivetrain, lacking: list[tuple[float, float]], part: fl
     """Of a run that has only this part of the force at times."""
     t = RECOVERY_TIME
     lacks = np.any([(t >= a - 1e-9) & (t < b - 1e-9) for a, b in lacking], axis=0)
-    run = run_of(t, creep_force=np.where(lacks, part, 0.95) * LEVEL, demand=1e6)
-    return metrics(run, held).recovery_time
+    force = np.where(lacks, part, 0.95) * LEVEL
+    slips = run_of(t, creep_force=force, demand=1e6, falling_branch=np.where(lacks, 1.0, 0.0))
+    cut = run_of(t, creep_force=force, demand=1e6, commanded_torque=np.where(lacks, 7.9e5, 1e6))
+    found, other = (metrics(run, held).recovery_time for run in (slips, cut))
+    assert found == other  # whether the wheel slips or slip control reduces its torque
+    return found
+
+
+def test_a_drive_that_follows_slowly_does_not_begin_a_recovery(held: Drivetrain) -> None:
+    """The force lacks from 1 s to 3 s, as a brake fills; from 2 s on the wheel slips."""
+    t = RECOVERY_TIME
+    demand = 1e6 * np.clip(t - 1.0, 0.0, 0.2)
+    force = LEVEL * np.where((t > 1.0) & (t < 3.0), 0.3, 0.95)
+    sampled = np.where(t < 1.2, 0.98 * np.roll(demand, 9), demand)  # 90 ms late
+    for falling, expected in ((0.0, 0.0), (np.where((t > 2.0) & (t < 2.1), 1.0, 0.0), 0.99)):
+        run = run_of(
+            t, creep_force=force, demand=demand, commanded_torque=sampled, falling_branch=falling
+        )
+        assert metrics(run, held).recovery_time == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_brake_that_fills_on_good_rails_loses_no_force() -> None:
+    scenario = cl.load_scenario("wheel_slide_protection.toml")
+    rails = cl.Track(friction_left=cl.Profile.of(1.0))
+    demand = cl.Profile((0.1, 0.1), (0.0, -10e3))
+    case = replace(scenario, track=rails, demand=demand, duration=3.0)
+    for name in scenario.controllers:
+        run = cl.run_scenario(case, name)
+        used, possible = transmittable(run, scenario.drivetrain)
+        assert (used < 0.8 * possible).sum() * run.time[1] > 0.2
+        assert metrics(run, scenario.drivetrain).recovery_time == 0.0
 
 
 def dips(start: float, length: float, every: float) -> list[tuple[float, float]]:
@@ -240,7 +304,13 @@ def test_without_demand_no_force_is_lacking(held: Drivetrain) -> None:
 
 def test_recovery_does_not_depend_on_how_rows_come(held: Drivetrain) -> None:
     t, rng = RECOVERY_TIME, np.random.default_rng(5)
-    run = run_of(t, creep_force=rng.uniform(0.5, 1.2, t.size) * LEVEL, demand=1e6)
+    demand = 1e6 + 2e5 * rng.standard_normal(t.size)
+    run = run_of(
+        t,
+        creep_force=rng.uniform(0.5, 1.2, t.size) * LEVEL,
+        demand=demand,
+        commanded_torque=rng.uniform(0.5, 1.0, t.size) * demand,
+    )
     vehicles = Vehicles.of([held])
     observer = Recovery(vehicles)
     for part in np.split(np.arange(t.size), [1, 2, 90, 91, 400]):
@@ -278,7 +348,7 @@ def test_extremes_sums_and_what_does_not_apply(held: Drivetrain, lossless: Drive
     assert rigid.largest_slip_speed == pytest.approx(1.0)
     assert rigid.largest_creepage == 0.1
     assert rigid.slip_work == 5e3
-    assert math.isnan(rigid.slip_share)  # nothing is transmitted
+    assert rigid.slip_share == 1.0  # nothing is transmitted
     assert rigid.distance == 20.0
     assert rigid.energy_defect == pytest.approx(3e-4 / 2.5e4)
     assert math.isnan(rigid.jerk)
