@@ -39,14 +39,47 @@ def steady_states(
     at: Conditions | None = None,
     *,
     drive_torque: float,
+    both_sides: bool = False,
     **given: Unpack[GivenConditions],
 ) -> SteadyStates:
-    """All states in which a torque [N.m] holds the creepage at one speed: `CreepCurve.steady`.
+    """States in which a torque holds the creepage at one speed, from the gripping one outward.
 
-    For a held speed they are the operating points of `Wheelset.equilibria`. The speed of a free
-    wheelset may be changing, as in a train that is not at its final speed.
+    Between return and fold these are the gripping state, the border of its basin, and the wheel
+    that has slipped away. The speed of a free wheelset may be changing, as in a train that is not
+    at its final speed.
+
+    Parameters
+    ----------
+    wheelset : Wheelset
+        Wheelset on rails, whose speed may be changing, or on a roller rig.
+    at, **given
+        Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
+        nominal.
+    drive_torque : float
+        Torque T [N.m]. If it is not negative, the states are those of traction, in order of
+        increasing creepage; else those of braking, in order of decreasing creepage.
+    both_sides : bool, optional
+        Whether to return all states of `CreepCurve.steady`, in order of increasing creepage, with
+        those in which the wheel spins against its torque, as beside a vehicle that the creep force
+        decelerates. For a held speed they are the operating points of `Wheelset.equilibria`.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
     """
-    return CreepCurve(wheelset, at, **given).steady(drive_torque)
+    curve = CreepCurve(wheelset, at, **given)
+    states = curve.steady(drive_torque)
+    if both_sides:
+        return states
+    side = -1.0 if drive_torque < 0.0 else 1.0
+    try:
+        grip = curve.grip(drive_torque)  # of a small torque it lies on the other side of zero
+    except ValueError:  # above the peak there is none
+        grip = 0.0
+    ahead = side * states.creepage >= min(0.0, side * grip)
+    order = np.flatnonzero(ahead)[:: int(side)]
+    return SteadyStates(**{name: values[order] for name, values in vars(states).items()})
 
 
 @dataclass(frozen=True, kw_only=True)

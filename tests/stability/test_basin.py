@@ -55,7 +55,7 @@ def test_the_separatrix_of_a_light_vehicle_is_not_the_unstable_branch(
     fold = cl.find_fold(body, speed=V)
     torque = 0.995 * fold.drive_torque
     states = cl.steady_states(body, drive_torque=torque, speed=V)
-    frozen = float(states.creepage[~states.stable & (states.creepage > 0.0)][0])
+    frozen = float(states.creepage[~states.stable][0])
     border = cl.stability.basin(body, drive_torque=torque, speed=V).highest
     apart = abs(border / frozen - 1.0)
     assert apart > 3e-5

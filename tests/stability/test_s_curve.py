@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,6 +62,38 @@ def test_steady_states_are_the_equilibria_of_a_held_speed(rig: cl.Model, part: f
     assert [p.stable for p in points] == states.stable.tolist()
     assert [p.eigenvalues[0] for p in points] == pytest.approx(states.pole.tolist(), rel=1e-5)
     np.testing.assert_allclose(states.drive_torque, torque, rtol=1e-9)
+
+
+@pytest.mark.parametrize("speed", [1.0, 10.0, 40.0])
+@pytest.mark.parametrize("part", [1e-6, 0.01, 0.5, 0.97, 1.05, -0.01, -0.5])
+def test_steady_states_begin_with_the_gripping_one(
+    locomotive: cl.Model, part: float, speed: float
+) -> None:
+    """Of a free vehicle too, which a wheel that spins against its torque would decelerate."""
+    body = locomotive.wheelset
+    fold = cl.find_fold(body, speed=speed)
+    torque = part * fold.drive_torque
+    given: dict[str, Any] = {"drive_torque": torque, "speed": speed}
+    states, every = (
+        cl.steady_states(body, **given),
+        cl.steady_states(body, **given, both_sides=True),
+    )
+    side = np.sign(part)
+    assert (np.diff(side * states.creepage) > 0.0).all()
+    assert set(states.creepage) <= set(every.creepage)
+    assert (np.diff(every.creepage) > 0.0).all()
+    if part > 0.0 and speed == V:  # the wheel that spins against its torque
+        assert every.creepage[0] < -100.0
+    assert (side * states.creepage > -1e-3).all()
+    if part < 1.0:
+        found = cl.stability.basin(body, **given)
+        assert states.creepage[0] == found.creepage
+        assert states.stable[0]
+    if fold.return_torque < torque < fold.drive_torque:
+        assert states.stable.tolist() == [True, False, True]
+        assert states.creepage[1] == pytest.approx(found.highest, rel=0.05)
+    for name in ("drive_torque", "pole"):
+        assert getattr(states, name).shape == states.creepage.shape
 
 
 @pytest.mark.parametrize("residual", [1.0, 0.4, 0.03])

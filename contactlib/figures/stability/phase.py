@@ -110,7 +110,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
     grip, rest = [], []
     for v in speeds:
         states = steady_states(wheelset, drive_torque=torque, speed=float(v))
-        inside = states.creepage[(states.creepage > 0.0) & (states.creepage < far)]
+        inside = states.creepage[states.creepage < far]
         grip.append(inside[0])
         rest.append(inside[1] if inside.size > 1 else np.nan)
     axes.plot(grip, speeds, color=paint.ink, lw=1.8, label="grip, quasi-steady")
