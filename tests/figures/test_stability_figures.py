@@ -192,6 +192,28 @@ def test_slip_away_points_are_on_the_integral(figures: dict[str, Figure], rig: c
     assert_allclose(closed[overload < 0.1], exact[overload < 0.1], rtol=0.15)
 
 
+@pytest.mark.parametrize("speed", [1.0, 2.78])
+def test_slip_away_is_drawn_where_the_closed_form_is_far_off(
+    locomotive: cl.Model, speed: float
+) -> None:
+    """After a flat peak friction falls slowly with slip speed: the closed form is 6 times short."""
+    body, friction = locomotive.wheelset, locomotive.wheelset.element.friction
+    slow = replace(
+        friction,
+        weakening_length=0.05 * friction.weakening_length,
+        slip_rate_residual=0.3,
+        slip_rate_decay=0.1,
+    )
+    body = replace(body, element=replace(body.element, friction=slow))
+    axes = STABILITY_FIGURES["slip_away"].draw(body, speed).axes[1]
+    overload, exact, _ = checks.lines(axes, "integral")
+    _, closed, _ = checks.lines(axes, "closed form")
+    at, simulated, _ = checks.lines(axes, "simulated")
+    assert (exact > 3.0 * closed).any()
+    assert at.tolist() == list(slip_away.SIMULATED)
+    assert_allclose(simulated, np.exp(np.interp(np.log(at), np.log(overload), np.log(exact))), 0.03)
+
+
 def test_clearing_points_are_on_their_line(figures: dict[str, Figure], rig: cl.Model) -> None:
     times, lengths = figures["clearing"].axes
     (label,) = [
