@@ -284,24 +284,39 @@ def tune(
     help="Run FILE.py, and as well the controller of your own that it calls NAME, a class or an "
     "object.",
 )
+@click.option(
+    "--trials",
+    type=int,
+    metavar="N",
+    help="Number of settings that were tried when your controller was tuned, for the table.",
+)
+@click.option(
+    "--seed", type=int, default=1, show_default=True, metavar="N", help="Seed of the tracks."
+)
 @click.option("--small", is_flag=True, help="Run the small form: 24 runs for each, not 840.")
 @output_option("contactlib-benchmark", "Folder for benchmark.txt, benchmark.csv, benchmark.json.")
-def benchmark(controller: str | None, small: bool, output: Path) -> None:
-    """Score traction controllers in a fixed benchmark, so that publications can be compared.
+def benchmark(
+    controller: str | None, trials: int | None, seed: int, small: bool, output: Path
+) -> None:
+    """Score traction controllers in a benchmark, so that publications can be compared.
 
-    Its version is part of every output: cite it with a score. All controllers run in six shipped
-    scenarios, with 14 sensor errors that they cannot correct and 10 sequences of noise for each.
-    The score of a run is the mean of limited and adhesion utilisation (see tune), zero if the run
-    fails; that of a controller is the mean over its runs, "+-" the standard error of this mean from
-    the noise, "spread" the standard deviation of the runs, and "minimum" the worst run.
+    Its version and seed are part of every output: cite them with a score. All controllers run in
+    six scenarios, with 14 sensor errors that they cannot correct, 10 times each; every run has
+    noise and a track of its own, which the seed draws. The score of a run is the mean of limited
+    and adhesion utilisation (see tune), zero if the run fails; that of a controller is the mean
+    over its runs, "+-" the standard error of this mean, "spread" the standard deviation of the
+    runs, and "minimum" the worst run. Slip work and jerk are means over the runs.
     """
     from contactlib.cli.own_controller import load_controller
     from contactlib.runs import benchmark as run_benchmark
 
+    if trials is not None and controller is None:
+        raise ValueError(f"--trials {trials} needs --controller: it is about a controller of yours")
     own = {} if controller is None else dict([load_controller(controller)])
+    tried = {} if trials is None else dict.fromkeys(own, trials)
     reporter = ConsoleReporter()
     with reporter.countdown("Running the benchmark", Pace()) as progress:
-        found = run_benchmark(own, small=small, progress=progress)
+        found = run_benchmark(own, trials=tried, seed=seed, small=small, progress=progress)
     print_line(found.table())
     found.write(output)
     print_line(f"The scores and every run are in {output}")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from contactlib.runs.benchmarking import Benchmark as Benchmark
     from contactlib.runs.benchmarking import benchmark as benchmark
+    from contactlib.runs.benchmarking import benchmark_scenarios as benchmark_scenarios
     from contactlib.runs.cosimulation import FmuSource as FmuSource
     from contactlib.runs.cosimulation import KernelSource as KernelSource
     from contactlib.runs.cosimulation import cosimulate as cosimulate

@@ -231,17 +231,16 @@ def _outcomes(
                 tried.append((scenario, control))
                 places.append((row, place))
     whole = np.zeros((len(factors), len(cases), len(OBJECTIVE), len(index)))
-    for (row, place), *values in zip(places, *objectives(tried, index), strict=True):
+    for (row, place), *values in zip(places, *counted(*_run(tried, OBJECTIVE, index)), strict=True):
         whole[row, place] = values
     return whole
 
 
-def objectives(tried: Sequence[tuple[Scenario, Any]], index: Sequence[int]) -> FloatArray:
-    """The outcomes of `OBJECTIVE`, as a search counts them: shape (2, scenarios, noises).
+def counted(limited: FloatArray, used: FloatArray) -> FloatArray:
+    """Limited and adhesion utilisation as a search counts them, of which it takes the mean.
 
     Where friction never limits, the second counts twice; a run that failed counts as zero.
     """
-    limited, used = _run(tried, OBJECTIVE, index)
     return np.asarray(np.nan_to_num([np.where(np.isnan(limited), used, limited), used]))
 
 

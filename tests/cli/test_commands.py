@@ -340,9 +340,11 @@ def test_benchmark_scores_a_controller_of_the_user_s_own_beside_the_shipped_ones
     monkeypatch.setattr(benchmarking, "load_scenario", lambda _: scenario)
     monkeypatch.chdir(tmp_path)
     Path("mine.py").write_text("from contactlib.traction import OpenLoop as Mine\n")
-    shown = done("benchmark", "--small", "--controller", "mine.py:Mine").output
+    shown = done("benchmark", "--small", "--controller", "mine.py:Mine", "--trials", "0").output
     table = Path("contactlib-benchmark", "benchmark.txt").read_text()
     assert table in shown
-    assert table.startswith("contactlib benchmark 1 (small): 2 runs each\ncontroller  ")
-    assert [line.split()[0] for line in table.splitlines()[2:6]] == [*benchmarking.SHIPPED, "Mine"]
+    assert table.startswith("contactlib benchmark 2 (small), seed 1: 2 runs each\ncontroller  ")
+    names = [line.split()[0] for line in table.splitlines()[3:7]]
+    assert names == [*benchmarking.SHIPPED, "Mine"]
+    assert "--trials 3 needs --controller" in refused("benchmark", "--trials", "3")
     assert "--controller nothing" in refused("benchmark", "--controller", "nothing")
