@@ -133,7 +133,8 @@ def tune(
 
     The objective is the mean of limited and adhesion utilisation, of all scenarios, of all sensors
     of `erring` and sequences of noise. So force that is lost while friction limits counts, and so
-    does force that is lost afterwards.
+    does force that is lost afterwards. On one known track even a torque that reads no sensor can be
+    tuned well, so give several, such as some of `benchmark_scenarios`.
 
     Parameters
     ----------

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from own_controller import SlipPI
+from tree import ROOT
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -77,6 +78,16 @@ def test_tracks_are_drawn_by_seed_within_the_ranges(monkeypatch: pytest.MonkeyPa
     steps = np.transpose([one.demand.at for one in whole["torque_step"]])
     spread(RANGES.step, steps[2])
     spread(RANGES.held, steps[4] - steps[2])
+
+
+def test_the_guide_gives_the_ranges_and_the_version() -> None:
+    page = (ROOT / "docs/explanation/learning.md").read_text().partition("## The benchmark")[2]
+    rows = [line for line in page.splitlines() if line.startswith("| ") and " to " in line]
+    given = [[float(x) for x in row.split("|")[-2].split()[:3:2]] for row in rows]
+    kept = [getattr(RANGES, name) for name in RANGES._fields if name != "gap"]  # that of `first`
+    assert sorted(map(tuple, given)) == sorted(kept)
+    assert RANGES.gap == RANGES.first
+    assert f"contactlib benchmark {VERSION}, seed 1: 840 runs each" in page
 
 
 @dataclass
