@@ -238,7 +238,7 @@ def _outcomes(
 
 
 def counted(limited: FloatArray, used: FloatArray) -> FloatArray:
-    """Limited and adhesion utilisation as a search counts them, of which it takes the mean.
+    """Limited and adhesion utilisation as a search counts them when it takes their mean.
 
     Where friction never limits, the second counts twice; a run that failed counts as zero.
     """
