@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property, partial, wraps
-from types import MappingProxyType, MethodType, UnionType
+from types import MappingProxyType, MethodType, NoneType, UnionType
 from typing import (
     Annotated,
     Any,
@@ -400,10 +400,11 @@ def declared(source: Any) -> Mapping[str, Parameter]:
         of_type, *notes = get_args(hints[name]) if _is(hints[name], Annotated) else (hints[name],)
         quantity = next((note for note in notes if isinstance(note, Quantity)), None)
         types = get_args(of_type) if _is(of_type, Union, UnionType) else (of_type,)
+        types = tuple(t for t in types if t is not NoneType)
         many = any(_is(t, tuple, Sequence) and PLAIN.issuperset(get_args(t)) for t in types)
         choices = next((get_args(t) for t in types if _is(t, Literal)), ())
-        choices = (True, False) if bool in types else choices
-        if quantity or many or choices or str in types:
+        choices = (True, False) if types == (bool,) else choices
+        if quantity or many or choices or types == (str,):  # but not one of ArrayLike's types
             found[name] = Parameter(name, quantity, many, choices, default, tuple(described_by))
         elif name in inherited:
             found[name] = replace(

@@ -27,7 +27,7 @@ from contactlib.vehicle.wheelset import Wheelset, geared_inertia
 
 Keys = Mapping[str, Parameter]
 Given = Mapping[str, Any]  # values of a section's keys, in SI units
-OF_CURVE = tuple(key for key in declared(TractionData.from_csv) if key != "path")  # it is `file`
+OF_CURVE = tuple(declared(TractionData.from_csv))
 ELLIPSE = "radius_x and radius_y, or semi_axis_x and semi_axis_y"
 
 

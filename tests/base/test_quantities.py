@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
@@ -21,6 +23,7 @@ from contactlib.base.quantities import (
     checks_call,
     declared,
 )
+from contactlib.files.sections import VEHICLE_SECTIONS
 
 BOUND = st.sampled_from([-1.0, 0.0, 1.0])
 
@@ -81,3 +84,21 @@ def test_what_a_method_does_not_declare_is_as_of_its_class() -> None:
         Rod.of_mass(from_=1.0, length=0.0)
     with pytest.raises(ValueError, match=r"^Rod\.end = 'loose' must be one of: free, fixed$"):
         Rod(length=1.0, end="loose")  # type: ignore[arg-type]
+
+
+def arrays(  # as NumPy 2.4 defines ArrayLike
+    *, speed: bool | complex | bytes | str | Sequence[complex | bytes | str] | None = None
+) -> None: ...
+
+
+def texts(*, unit: str | None = None, flag: bool | None = None, path: str | Path = "") -> None: ...
+
+
+def test_only_a_text_alone_is_a_text() -> None:
+    """Whatever types numpy counts among arrays, and a path is none either."""
+    assert not declared(arrays)
+    assert {name: one.choices for name, one in declared(texts).items()} == {
+        "unit": (),
+        "flag": (True, False),
+    }
+    assert "speed" not in VEHICLE_SECTIONS["law"]
