@@ -22,9 +22,18 @@ from scipy.optimize import brentq, least_squares
 from scipy.special import fdtri, stdtrit
 
 from contactlib import kernel
-from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, derived
+from contactlib.base.quantities import (
+    FINITE,
+    FloatArray,
+    Limits,
+    Quantity,
+    checked,
+    checked_number,
+    derived,
+)
 from contactlib.laws.carter_griffith import CarterGriffith
 from contactlib.laws.contact_law import K_HAT, LAYER_RATIO
+from contactlib.laws.data_doubts import doubts_of
 from contactlib.laws.friction import FALL_TEMPERATURE, Friction
 from contactlib.laws.heat import ContactHeat
 from contactlib.laws.hertz import Contact, EllipticContact
@@ -113,6 +122,9 @@ class FitResult:
         Thermal model of the contact, if friction softens thermally.
     layer : LineContact, EllipticContact or None
         The clean contact, if a layer was fitted.
+    doubts : tuple of str
+        What makes the points doubtful: a zero offset, or residuals that are systematic by side, by
+        speed or by place in the data; a sentence each.
     """
 
     law: Law
@@ -124,6 +136,7 @@ class FitResult:
     profiled: bool
     heat: ContactHeat | None = None
     layer: Contact | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -155,13 +168,14 @@ class FitResult:
         self, creepage: ArrayLike, speed: ArrayLike | None = None
     ) -> FloatArray:
         """Fitted Q/P at an array of creepages [1], and speeds [m/s] if friction falls with them."""
-        points = TractionData(creepage, creepage, speed)
+        zeta = checked("creepage", creepage, FINITE)
+        points = TractionData(zeta, np.zeros_like(zeta), speed)
         return _traction_coefficient(self.law, self.values, points, self.heat)
 
     @property
     def caveats(self) -> tuple[str, ...]:
-        """Parameters that the data do not determine, one sentence each."""
-        found = []
+        """Parameters that the data do not determine, and `doubts`, one sentence each."""
+        found = list(self.doubts)
         for name, e in self.estimates.items():
             if not e.identifiable:
                 found.append(
@@ -361,6 +375,8 @@ def fit(
         ]
     else:
         intervals = list(zip(estimate - reach, estimate + reach, strict=True))
+    rest = residuals(theta)
+    doubts = doubts_of(data, lambda points: rest)
     return FitResult(
         law=law_with(values),
         estimates={
@@ -375,11 +391,12 @@ def fit(
         },
         fixed=fixed,
         correlation=covariance / np.outer(errors, errors),
-        residuals=residuals(theta),
+        residuals=rest,
         level=level,
         profiled=profiled,
         heat=heat,
         layer=layer,
+        doubts=tuple(f"{text[0].upper()}{text[1:]}." for text in doubts),
     )
 
 

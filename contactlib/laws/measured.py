@@ -40,13 +40,14 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.laws.contact_law import Peak
+from contactlib.laws.data_doubts import FEW, carter_scale, doubts_of
 from contactlib.laws.traction_data import TractionData
 
 CELLS = Limits(at_least=2, at_most=128)
 SMOOTHING = Limits(above=0.0, at_most=1e9)
 # A point is an outlier if its distance from the curve through the others exceeds these fractions of
 # the maximum traction coefficient and of the scatter. Fewer points do not determine the scatter.
-ASTRAY, SCATTERS, FEW = 0.1, 8.0, 10
+ASTRAY, SCATTERS = 0.1, 8.0
 RISING = 0.005  # of a curve that has no peak yet, in its last cell
 
 
@@ -73,6 +74,9 @@ class MeasuredCurve:
     smoothing : float
         Weight of the curve's bending relative to its mean square residual [1], above zero and at
         most 1e9.
+    speed : array_like, optional
+        Running speed [m/s], one number per point or one for all. The curve is one for all speeds:
+        they serve only to doubt points that are curves of several speeds.
     name : str
         Name of the points in `summary` and warnings.
 
@@ -96,7 +100,8 @@ class MeasuredCurve:
     Warns
     -----
     InputWarning
-        If one point is an outlier, or the points end before the peak.
+        If the points do not run through zero, one of them is an outlier, the residuals are
+        systematic by side, by speed or by place in the file, or the points end before the peak.
 
     Notes
     -----
@@ -130,17 +135,17 @@ class MeasuredCurve:
         saturation_creepage: float | None = None,
         cells: int = 16,
         smoothing: float = 1e-7,
+        speed: ArrayLike | None = None,
         name: str = "measured points",
     ) -> None:
-        data = TractionData(creepage, traction_coefficient)
+        data = TractionData(creepage, traction_coefficient, speed)
         smoothing = checked_number("MeasuredCurve.smoothing", smoothing, SMOOTHING)
         number = checked_whole("MeasuredCurve.cells", cells, CELLS)
-        zeta = np.abs(data.creepage)
-        mu = data.traction_coefficient * np.sign(data.creepage)
-        if np.count_nonzero(zeta) < 4:
+        points = data.mirrored()  # without those at zero: the curve passes it by itself
+        zeta, mu = points.creepage, points.traction_coefficient
+        if zeta.size < 4:
             raise ValueError("MeasuredCurve needs at least 4 points with a creepage")
-        zeta, mu = zeta[zeta > 0.0], mu[zeta > 0.0]  # the curve passes the origin by itself
-        scale = _carter_scale(zeta, mu) if saturation_creepage is None else saturation_creepage
+        scale = carter_scale(zeta, mu) if saturation_creepage is None else saturation_creepage
         last = float(zeta.max())
         limits = Limits(at_least=1e-6 * last, at_most=1e6 * last, given=("creepage", last))
         scale = checked_number("MeasuredCurve.saturation_creepage", scale, limits)
@@ -154,20 +159,37 @@ class MeasuredCurve:
             )
         level = float(curve(u.max())) if kinetic is None else kinetic
         level = checked_number("MeasuredCurve.kinetic", level, POSITIVE)
-        miss = np.abs(curve(u) - mu)
+        fitted = curve(u)
+        miss = np.abs(fitted - mu)
         summary = (
             f"{name}: {data.creepage.size} points, {100 * np.abs(data.creepage).min():.4g} to "
             f"{100 * last:.4g} %; the curve differs by at most {miss.max():.2g} (at "
             f"{100 * zeta[miss.argmax()]:.4g} %), rms {np.sqrt(np.mean(miss**2)):.2g}; beyond "
             f"{100 * last:.4g} % it levels off at {end:.4g}"
         )
+        if data.speed is not None:
+            summary += (
+                f"; the speeds, {data.speed.min():.4g} to {data.speed.max():.4g} m/s, do not "
+                "enter it"
+            )
+        stray, off = None, 0.0
         if miss.max() > 0.2 * ASTRAY * np.abs(mu).max() and zeta.size >= FEW:
             stray, off = _stray(u, mu, miss, number, smoothing)
-            if stray is not None:
-                warn(
-                    f"{name}: the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is "
-                    f"{off:.2g} off the curve through the others; is it a typing error?"
-                )
+
+        def residual(data: TractionData) -> FloatArray:
+            size = np.abs(data.creepage)
+            part, side = size / (size + scale), np.where(data.creepage < 0.0, -1.0, 1.0)
+            ratio = side * data.traction_coefficient
+            return np.asarray(side * (ratio - _smooth(part, ratio, number, smoothing)(part)))
+
+        found = doubts_of(data, residual, stray)
+        if stray is not None and not found:
+            found = [
+                f"the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is {off:.2g} off the "
+                "curve through the others; is it a typing error?"
+            ]
+        for text in found:
+            warn(f"{name}: {text}")
         if end - curve(u.max() * (1.0 - 1.0 / number)) > RISING * end:
             warn(
                 f"{name}: the points still rise at {100 * last:.4g} %, the last of them: the curve "
@@ -183,7 +205,7 @@ class MeasuredCurve:
         object.__setattr__(self, "saturation_creepage", scale)
         object.__setattr__(self, "kinetic", level)
         object.__setattr__(self, "summary", summary)
-        object.__setattr__(self, "points", TractionData(zeta, mu))
+        object.__setattr__(self, "points", points)
         object.__setattr__(self, "_curve", curve)
 
     @classmethod
@@ -217,7 +239,10 @@ class MeasuredCurve:
         data = TractionData.from_csv(path, columns=columns, creepage_unit=creepage_unit, load=load)
         try:
             return cls(
-                data.creepage, data.traction_coefficient, **{"name": Path(path).name, **options}
+                data.creepage,
+                data.traction_coefficient,
+                speed=data.speed,
+                **{"name": Path(path).name, **options},
             )
         except ValueError as error:
             raise ValueError(f"{os.fspath(path)}: {error}") from None
@@ -277,14 +302,6 @@ class MeasuredCurve:
         top = float(u[np.argmax(values)])
         x = top / (1.0 - top) if top < 1.0 else np.inf
         return Peak(float(x), float(self._at(np.array(top))))
-
-
-def _carter_scale(zeta: FloatArray, mu: FloatArray) -> float:
-    """Saturation creepage of the best Carter law among 200 within the data's range."""
-    candidates = np.geomspace(zeta.min(), zeta.max(), 200)
-    q = 1.0 - np.maximum(1.0 - zeta / candidates[:, None], 0.0) ** 2
-    explained = (q @ mu) ** 2 / (q * q).sum(axis=1)  # with the best friction for each candidate
-    return float(candidates[np.argmax(explained)])
 
 
 def _smooth(u: FloatArray, mu: FloatArray, cells: int, smoothing: float) -> PPoly:

@@ -23,6 +23,7 @@ from contactlib.base.quantities import (
     FINITE,
     POSITIVE,
     FloatArray,
+    Limits,
     checked,
     checked_number,
     shown,
@@ -31,11 +32,14 @@ from contactlib.base.quantities import (
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import unit_value
 from contactlib.base.writing import read_small
+from contactlib.laws.data_doubts import zero_offset
 from contactlib.laws.hertz import NORMAL_LOAD
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)
 ABOUT_ZERO = 0.1  # scatter of a traction coefficient there, over the largest
+LARGEST = Limits(at_least=-5.0, at_most=5.0)  # traction coefficients; tyres on strips have 5
+HALF = 0.05  # creepage beyond which no real contact still has less than half of its traction
 LOWEST = 0.005  # of the largest traction coefficients that rails have
 ONE_SIGN = "both are positive in traction and negative in braking"
 
@@ -57,9 +61,11 @@ class TractionData:
     Raises
     ------
     ValueError
-        If a number is not finite, a speed is not above zero, there is no point, the lengths differ,
-        or a creepage and its traction coefficient are of opposite sign and not about zero, that is
-        within a tenth of the largest traction coefficient.
+        If a number is not finite, a traction coefficient is beyond 5, a speed is not above zero,
+        there is no point, the lengths differ,
+        or a creepage and its traction coefficient are of opposite sign, unless the coefficient is
+        about zero, that is within a tenth of the largest one, or all points run through zero at
+        another creepage.
 
     Examples
     --------
@@ -80,7 +86,7 @@ class TractionData:
     ) -> None:
         columns = [
             checked("TractionData.creepage", creepage, FINITE),
-            checked("TractionData.traction_coefficient", traction_coefficient, FINITE),
+            checked("TractionData.traction_coefficient", traction_coefficient, LARGEST),
         ]
         if speed is not None:
             columns.append(checked("TractionData.speed", speed, POSITIVE))
@@ -98,9 +104,31 @@ class TractionData:
                 f"TractionData: point {bad + 1}: the traction coefficient {columns[1][bad]:.4g} "
                 f"and the creepage {columns[0][bad]:.4g} have opposite signs: {ONE_SIGN}"
             )
+        self._keep(columns)
+
+    def _keep(self, columns: Sequence[FloatArray]) -> None:
         for name, column in zip(COLUMNS, columns, strict=False):
             column.flags.writeable = False
             object.__setattr__(self, name, column)
+
+    def _changed(self, *columns: FloatArray) -> TractionData:
+        found = object.__new__(TractionData)
+        found._keep(columns)
+        return found
+
+    def shifted(self, by: float) -> TractionData:
+        """The points at creepages larger by `by` [1], whatever their signs then are."""
+        columns = self.creepage + by, self.traction_coefficient, self.speed
+        return self._changed(*(column for column in columns if column is not None))
+
+    def mirrored(self) -> TractionData:
+        """The points that have a creepage, those below zero mirrored at the origin."""
+        moved = self.creepage != 0.0
+        side = np.sign(self.creepage[moved])
+        columns = [side * self.creepage[moved], side * self.traction_coefficient[moved]]
+        if self.speed is not None:
+            columns.append(self.speed[moved])
+        return self._changed(*columns)
 
     @classmethod
     def from_csv(
@@ -151,7 +179,9 @@ class TractionData:
         Warns
         -----
         InputWarning
-            If creepage or traction coefficient are so large that they seem to be in per cent.
+            If creepage or traction coefficient are so large that they seem to be in per cent: a
+            creepage whose unit nothing declares also if half of the largest traction takes more
+            than 0.05.
         """
         if creepage_unit not in (None, "1", "%"):
             raise ValueError(f"creepage_unit = {shown(creepage_unit)} must be '1' or '%'")
@@ -162,7 +192,7 @@ class TractionData:
         place = os.fspath(path)
         try:
             text = decoded(read_small(Path(path)))
-            found, lines = _read_columns(text, columns, creepage_unit, load)
+            found, lines, declared = _read_columns(text, columns, creepage_unit, load)
             if "speed" in found and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
@@ -171,15 +201,30 @@ class TractionData:
             ("creepage", 2.0, "creepage_unit = '%'"),
             ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),
         ):
-            largest = float(np.abs(found[name]).max())
-            if largest > maximum:
-                hint = f"if it is in per cent, declare it with {how}"
-                if name == "traction_coefficient" and load is not None:
+            worst = int(np.abs(found[name]).argmax())
+            largest = float(np.abs(found[name][worst]))
+            hint = f"if it is in per cent, declare it with {how}"
+            if name == "traction_coefficient":
+                if load is not None:
                     hint = f"does load = {load:g} N carry as many wheels as the force drives?"
+                if not LARGEST.allow(largest):
+                    raise ValueError(
+                        f"{place}: line {lines[worst]}: {name} = {largest:g} is out of range: must "
+                        f"be {LARGEST}; {hint}"
+                    )
+            if largest > maximum:
                 warn(
-                    f"{place}: line {lines[int(np.abs(found[name]).argmax())]}: {name} = "
-                    f"{largest:g}, and above {maximum:g} is unusual; {hint}"
+                    f"{place}: line {lines[worst]}: {name} = {largest:g}, and above {maximum:g} is "
+                    f"unusual; {hint}"
                 )
+            elif name == "creepage" and not declared:
+                mu = np.abs(found["traction_coefficient"])
+                half = float(np.abs(found[name])[mu >= 0.5 * mu.max()].min())
+                if half > HALF:
+                    warn(
+                        f"{place}: half of the largest traction takes a creepage of {half:g}, and "
+                        f"above {HALF:g} is unusual; {hint}, else with creepage_unit = '1'"
+                    )
         highest = float(np.abs(found["traction_coefficient"]).max())
         if load is not None and highest < LOWEST:
             warn(
@@ -190,9 +235,18 @@ class TractionData:
 
 
 def _against(creepage: FloatArray, traction: FloatArray) -> int | None:
-    """First point whose traction coefficient and creepage have opposite signs, if any."""
+    """First point whose traction coefficient and creepage have opposite signs, if any.
+
+    Points between zero creepage and the creepage at which all points run through zero are not.
+    """
     bad = -traction * np.sign(creepage) > ABOUT_ZERO * np.abs(traction).max()
-    return int(bad.argmax()) if bad.any() else None
+    if not bad.any():
+        return None
+    places = np.flatnonzero(bad)
+    zero = zero_offset(creepage, traction, int(places[0]) if places.size == 1 else None)
+    if zero is not None and np.all((creepage[bad] / zero > 0.0) & (creepage[bad] / zero < 1.0)):
+        return None
+    return int(places[0])
 
 
 def _check_columns(columns: Sequence[str | int]) -> None:
@@ -213,8 +267,11 @@ def _read_columns(
     columns: Sequence[str | int] | None,
     creepage_unit: str | None,
     load: float | None,
-) -> tuple[dict[str, FloatArray], list[int]]:
-    """Columns in SI units by the names of `COLUMNS`, and the lines of the points."""
+) -> tuple[dict[str, FloatArray], list[int], bool]:
+    """Columns in SI units by the names of `COLUMNS`, the lines of the points, and a flag.
+
+    The flag is whether the file or `creepage_unit` declares the unit of the creepage.
+    """
     rows = list(csv_rows(text))
     if not rows:
         raise ValueError("line 1: the file is empty: it needs a line that names the columns")
@@ -285,7 +342,7 @@ def _read_columns(
             f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} and "
             f"{shown_names[0]} = {float(table[against, 0])!r} have opposite signs: {ONE_SIGN}"
         )
-    return found, lines
+    return found, lines, bool(units[0] or creepage_unit)
 
 
 def _is_unit(cell: str) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import contactlib as cl
 from contactlib import CarterGriffith, InputWarning, MeasuredCurve, TractionData
 from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
@@ -193,3 +196,95 @@ def test_a_point_against_its_creepage_is_refused() -> None:
     mu[6] = -mu[6]
     with pytest.raises(ValueError, match=r"point 7: the traction coefficient -0\.3.* 0\.012"):
         MeasuredCurve(ZETA, mu)
+
+
+def creep_curve(zeta: FloatArray, kinetic: float = 0.33, fall: float = 0.35) -> FloatArray:
+    """A curve through zero that saturates at 1 % and falls, at creepages of either sign."""
+    x = np.abs(zeta) / 0.01
+    q = 1.0 - np.maximum(1.0 - x, 0.0) ** 2
+    return np.asarray(np.sign(zeta) * kinetic * q * (1.0 - fall * (1.0 - np.exp(-x / 6.0))))
+
+
+def doubts(zeta: FloatArray, mu: FloatArray, speed: FloatArray | None = None) -> list[str]:
+    """Texts of the warnings of a measured curve."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always", InputWarning)
+        MeasuredCurve(zeta, mu, speed=speed, name="my")
+    return [str(one.message) for one in found]
+
+
+ONE_SIDE = 1e-2 * np.geomspace(0.1, 8.0, 20)
+BOTH_SIDES = np.concatenate([-ONE_SIDE[::-1], ONE_SIDE])
+FROM_ZERO = np.linspace(0.0, 0.08, 32)
+
+
+@pytest.mark.parametrize("points", [FROM_ZERO, BOTH_SIDES])
+@pytest.mark.parametrize("scatter", [0.0, 0.003, 0.008])
+@pytest.mark.parametrize("offset", [-0.003, -0.0015, 0.0009, 0.002])
+def test_an_offset_is_doubted_with_the_shift_that_removes_it(
+    points: FloatArray, scatter: float, offset: float
+) -> None:
+    rng = np.random.default_rng(5)
+    mu = creep_curve(points) + rng.normal(0.0, scatter, points.size)
+    (text,) = doubts(points + offset, mu)
+    what = "subtract" if offset > 0.0 else "add"
+    found = re.search(rf"my: the points do not run through zero: .* {what} ([0-9.]+) %", text)
+    assert found is not None, text
+    assert float(found[1]) == pytest.approx(100.0 * abs(offset), rel=0.1, abs=0.02)
+    assert doubts(points, mu) == []
+
+
+def test_an_offset_of_points_on_one_side_is_doubted() -> None:
+    for offset in (0.0015, 0.0025):
+        (text,) = doubts(ONE_SIDE + offset, creep_curve(ONE_SIDE))
+        assert f"subtract {100 * offset:.2g} %" in text, text
+    zeta = np.array([0.15, 0.40, 0.66, 0.91, 1.16, 1.42, 1.67, 1.92, 2.4, 3.4, 5.0, 8.0]) / 100.0
+    mu = [0.01935, 0.1376, 0.2074, 0.2694, 0.3, 0.317, 0.318, 0.316, 0.31, 0.29, 0.26, 0.21]
+    (text,) = doubts(zeta, np.array(mu))  # the wheel's diameter is 0.1 % off
+    assert re.search(r"subtract 0\.1[0-3]* %", text)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.003, 0.01])
+def test_curves_that_differ_by_side_speed_or_place_are_doubted(scatter: float) -> None:
+    rng = np.random.default_rng(6)
+    noise = rng.normal(0.0, scatter, 40)
+    speed = np.repeat([5.56, 22.2], 20)
+    mixed = rng.permutation(40)
+    twice = np.tile(ONE_SIDE, 2)
+    for ratio in (0.8, 1.25):
+        mu = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, 0.33 * ratio)) + noise
+        side = np.append(np.ones(20), -np.ones(20))
+        for found, groups in (
+            (doubts(side * twice, side * mu), "in traction are .*, those in braking"),
+            (doubts(twice[mixed], mu[mixed], speed[mixed]), r"at 5\.56 m/s are .*at 22\.2 m/s"),
+            (doubts(twice, mu), "of the first half of the rows are .*, those of the second half"),
+        ):
+            (text,) = found
+            off = re.search(rf"systematic: the points {groups} ([-+][0-9.]+) %; are they", text)
+            assert off is not None, text
+            assert float(off[1]) == pytest.approx(100 * (ratio - 1) / (ratio + 1), abs=2.0)
+    fallen = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, fall=0.7)) + noise
+    assert "fit a law whose friction falls with slip speed" in doubts(twice, fallen, speed)[0]
+    assert doubts(twice, np.tile(creep_curve(ONE_SIDE), 2) + noise, speed) == []
+
+
+def test_the_summary_says_what_the_speed_does(tmp_path: Path) -> None:
+    rows = zip(np.linspace(4.0, 20.0, 20), ONE_SIDE, creep_curve(ONE_SIDE), strict=True)
+    path = tmp_path / "rig.csv"
+    path.write_text("v,s [%],mu\n" + "".join(f"{v},{100 * z},{mu}\n" for v, z, mu in rows))
+    curve = MeasuredCurve.from_csv(path, columns=("s", "mu", "v"))
+    assert curve.summary.endswith("; the speeds, 4 to 20 m/s, do not enter it")
+    assert "speeds" not in MeasuredCurve.from_csv(path, columns=("s", "mu")).summary
+
+
+def test_a_fit_has_the_same_doubts() -> None:
+    zeta, speed = np.tile(ONE_SIDE, 2), np.repeat([5.0, 20.0], 20)
+    mu = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, 0.25))
+    given: dict[str, Any] = {"k_hat": 0.0, "contact": "line"}
+    found = cl.fit(CarterGriffith, TractionData(zeta, mu, speed), **given)
+    assert any("systematic: the points at 5 m/s" in text for text in found.doubts)
+    assert set(found.doubts) <= set(found.caveats)
+    shifted = TractionData(BOTH_SIDES + 0.002, creep_curve(BOTH_SIDES, fall=0.0))
+    assert "subtract 0.2 % from" in cl.fit(CarterGriffith, shifted, **given).doubts[0]
+    right = TractionData(BOTH_SIDES, creep_curve(BOTH_SIDES, fall=0.0))
+    assert cl.fit(CarterGriffith, right, **given).doubts == ()

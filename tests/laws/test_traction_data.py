@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +192,33 @@ def test_creepage_that_seems_to_be_in_per_cent_warns(tmp_path: Path) -> None:
         data = TractionData.from_csv(path)
     assert data.creepage[1] == 8.0
     assert TractionData.from_csv(path, creepage_unit="%").creepage[1] == 0.08
+
+
+def test_creepage_in_per_cent_without_unit_warns_below_two(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    slip = (0.1, 0.2, 0.4, 0.7, 1.1, 1.9)
+    rows = "".join(f"{s},{0.3 * min(1.0, s / 0.5)}\n" for s in slip)
+    cases: list[tuple[str, dict[str, Any]]]
+    cases = [("slip", {}), ("slip [1]", {}), ("slip", {"creepage_unit": "%"})]
+    for name, given in cases:
+        path.write_text(f"{name},mu\n{rows}")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            TractionData.from_csv(path, columns=("slip", "mu"), **given)
+        texts = [str(one.message) for one in found]
+        doubted = name == "slip" and not given
+        assert len(texts) == doubted
+        assert not doubted or "takes a creepage of 0.4, and above 0.05 is unusual; " in texts[0]
+
+
+def test_a_coefficient_beyond_any_contact_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text("creepage,mu\n0.01,18\n0.02,22\n")
+    for load, hint in ((None, r"as in 'mu \[%\]'"), (1.0, "carry as many wheels")):
+        with pytest.raises(ValueError, match=rf"line 3: .* = 22 is out of range: .* 5; .*{hint}"):
+            TractionData.from_csv(path, columns=("creepage", "mu"), load=load)
+    with pytest.raises(ValueError, match=r"traction_coefficient = 18\.0 is out of range"):
+        TractionData([0.01, 0.02], [18.0, 22.0])
 
 
 def test_bad_arrays_are_refused() -> None:
