@@ -52,6 +52,7 @@ from contactlib import kernel
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number
 from contactlib.element.force_element import creepage_limits
+from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.drivetrain import Axle, Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
@@ -83,9 +84,12 @@ def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatAr
         Jacobian in SI units.
     """
     axle = checked_axle(drivetrain)
-    _check_no_memory(drivetrain, "this Jacobian")
     own = 0.5 * drivetrain.wheelset.inertia
-    rigid = point.jacobian
+    at = drivetrain.wheelset.conditions(
+        speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
+    )
+    steady = steady_rolling(drivetrain.wheelset, "torsional_jacobian", at)
+    rigid = steady.jacobians(point.creepage, **at.contact)
     spring, damper = axle.stiffness / own, axle.damping / own
     matrix = np.zeros((4, 4))
     matrix[:2, :3] = [
@@ -157,13 +161,6 @@ def checked_axle(drivetrain: Drivetrain) -> Axle:
     if drivetrain.axle is None:
         raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
     return drivetrain.axle
-
-
-def _check_no_memory(drivetrain: Drivetrain, name: str) -> None:
-    if drivetrain.wheelset.element.memory:
-        raise ValueError(
-            f"drivetrain.wheelset.element.memory = True must be False: {name} is of steady rolling"
-        )
 
 
 class AntiphaseForce:
@@ -350,11 +347,11 @@ def bistable_range(
     Raises
     ------
     ValueError
-        As `torsional_state`, or if the contact has memory or a value is out of range.
+        As `torsional_state`, or if a value is out of range.
     """
-    _check_no_memory(drivetrain, "this range")
-    wheelset = drivetrain.wheelset
-    at = wheelset.conditions(at, **given)
+    at = drivetrain.wheelset.conditions(at, **given)
+    wheelset = steady_rolling(drivetrain.wheelset, "bistable_range", at)
+    drivetrain = replace(drivetrain, wheelset=wheelset)
 
     def growth(creepage: float) -> float:
         point = wheelset.balanced(at, creepage=creepage)

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 
 import contactlib as cl
 from contactlib import kernel
-from contactlib.stability import reduced_frequency, torsion
+from contactlib.stability import SteadyRollingWarning, reduced_frequency, torsion
 from contactlib.stability.poles import STEADY_ROLLING
 from contactlib.stability.torsion import AntiphaseForce
 from contactlib.vehicle import Axle, Drivetrain, OperatingPoint
@@ -347,11 +347,21 @@ def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     with pytest.raises(ValueError, match="rigid axle"):
         torsion.torsional_threshold(Drivetrain(body), speed=SPEED)
-    remembering = on_axle(replace(body, element=replace(body.element, memory=True)))
-    with pytest.raises(ValueError, match="memory"):
-        torsion.bistable_range(remembering, speed=SPEED)
     with pytest.raises(ValueError, match="amplitude = -0"):
         torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)
+
+
+def test_analyses_of_steady_rolling_warn_of_memory(locomotive: cl.Model) -> None:
+    body = replace(locomotive.wheelset, mass=None)
+    drivetrain = on_axle(replace(body, element=replace(body.element, memory=True)))
+    steady = without_memory(drivetrain)
+    point = drivetrain.wheelset.balanced(creepage=0.03, speed=SPEED)
+    with pytest.warns(SteadyRollingWarning, match="torsional_jacobian"):
+        found = torsion.torsional_jacobian(drivetrain, point)
+    np.testing.assert_array_equal(found, torsion.torsional_jacobian(steady, point))
+    with pytest.warns(SteadyRollingWarning, match="bistable_range"):
+        ends = torsion.bistable_range(drivetrain, speed=SPEED)
+    assert ends == torsion.bistable_range(steady, speed=SPEED)
 
 
 def test_memory_slows_growth_at_low_speed_only(locomotive: cl.Model) -> None:

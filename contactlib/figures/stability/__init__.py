@@ -18,6 +18,7 @@ from contactlib.figures.stability.s_curve import poles_figure, s_curve_figure
 from contactlib.figures.stability.slip_away import clearing_figure, slip_away_figure
 from contactlib.figures.stability.torsion import torsion_figure
 from contactlib.figures.style import add_caption, setting
+from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.wheelset import Wheelset
 
 __all__ = ["STABILITY_FIGURES", "StabilityFigure"]
@@ -40,6 +41,16 @@ def _creep_curve(wheelset: Wheelset, speed: float) -> Figure:
     return figure
 
 
+def _steady(draw: Callable[[Wheelset, float], Figure]) -> Callable[[Wheelset, float], Figure]:
+    """Draw a figure of analyses that take rolling as steady; with memory this gives a warning."""
+
+    def drawn(wheelset: Wheelset, speed: float) -> Figure:
+        at = wheelset.conditions(speed=speed)
+        return draw(steady_rolling(wheelset, draw.__name__, at), speed)
+
+    return drawn
+
+
 STABILITY_FIGURES = {
     "creep_curve": StabilityFigure(
         _creep_curve, "Creep curve, and where a constant torque holds the wheelset"
@@ -48,10 +59,18 @@ STABILITY_FIGURES = {
     "poles": StabilityFigure(
         poles_figure, "Fast pole, and the delays at which a gain can still hold it"
     ),
-    "phase": StabilityFigure(phase_figure, "Basin of grip, and runs on either side of its border"),
-    "slip_away": StabilityFigure(slip_away_figure, "Time to slip-away under an overload"),
-    "clearing": StabilityFigure(clearing_figure, "How long a patch of low friction may be"),
-    "gains": StabilityFigure(gains_figure, "Gains of creep control that hold the falling branch"),
+    "phase": StabilityFigure(
+        _steady(phase_figure), "Basin of grip, and runs on either side of its border"
+    ),
+    "slip_away": StabilityFigure(_steady(slip_away_figure), "Time to slip-away under an overload"),
+    "clearing": StabilityFigure(
+        _steady(clearing_figure), "How long a patch of low friction may be"
+    ),
+    "gains": StabilityFigure(
+        _steady(gains_figure), "Gains of creep control that hold the falling branch"
+    ),
     "loop": StabilityFigure(loop_figure, "Root locus and Nyquist curve of creep control"),
-    "torsion": StabilityFigure(torsion_figure, "Vibrations of the wheels against each other"),
+    "torsion": StabilityFigure(
+        _steady(torsion_figure), "Vibrations of the wheels against each other"
+    ),
 }
