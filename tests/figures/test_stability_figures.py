@@ -19,7 +19,7 @@ from contactlib.figures import STABILITY_FIGURES
 from contactlib.figures.stability import loops, phase, slip_away
 from contactlib.figures.stability import loops as gains
 from contactlib.figures.stability.torsion import drawn_axle
-from contactlib.stability import torsion
+from contactlib.stability import SteadyRollingWarning, torsion
 from contactlib.stability.control_systems import creep_loop, frequencies
 from contactlib.vehicle import Drivetrain, Resistance
 
@@ -382,3 +382,16 @@ def test_a_speed_that_nothing_brings_back_is_taken_as_constant(
     assert "Constant vehicle speed" in figure.get_supxlabel()
     x, _, _ = checks.lines(figure.axes[1], "loop, rising frequency")
     assert 1.0 < np.abs(x).max() < 10.0
+
+
+@pytest.mark.parametrize("name", ["phase", "gains"])
+def test_figures_of_steady_rolling_warn_of_memory(
+    rig: cl.Model, figures: dict[str, Figure], name: str
+) -> None:
+    element = replace(rig.wheelset.element, memory=True)
+    body = replace(rig.wheelset, element=element)
+    with pytest.warns(SteadyRollingWarning, match=f"{name}_figure takes rolling as steady"):
+        figure = STABILITY_FIGURES[name].draw(body, V)
+    for one, other in zip(figure.axes, figures[name].axes, strict=True):
+        for line, same in zip(one.lines, other.lines, strict=True):
+            np.testing.assert_array_equal(line.get_xydata(), same.get_xydata())
