@@ -24,6 +24,7 @@ from contactlib.base.quantities import (
     Quantity,
     checked,
     checked_number,
+    common_shape,
     derived,
     records,
     shown,
@@ -366,7 +367,13 @@ class ForceElement(Parameters):
         ----------
         speed : float
             Forward velocity [m/s].
+
+        Raises
+        ------
+        ValueError
+            If the speed is out of range.
         """
+        speed = checked_number("speed", speed, kernel.force_input_limits()["speed"])
         return self.native.steepest_gradient(speed)
 
     def saturation_creepage_at(
@@ -462,10 +469,18 @@ class ForceElement(Parameters):
                 found = math.nan
             if found == found:  # else an input is out of range
                 return np.array(found)
-        record = self.evaluate(
-            omega=omega, speed=speed, normal_load=load, friction_scale=friction_scale, **others
-        )
-        return np.asarray(record["creep_force"])
+        given = {
+            "omega": omega,
+            "speed": speed,
+            "normal_load": load,
+            "friction_scale": friction_scale,
+        }
+        if others:
+            return np.asarray(self.evaluate(**given, **others)["creep_force"])
+        limits = kernel.force_input_limits()
+        arrays = {n: checked(n, value, limits[n], copy=False) for n, value in given.items()}
+        common_shape(arrays)
+        return native.forces(*arrays.values())
 
     def at_creepage(
         self,

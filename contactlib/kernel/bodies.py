@@ -112,6 +112,23 @@ class NativeForceElement:
         function = library().force_element_evaluate_many
         return _evaluated("force_element", function, self.structs, inputs)
 
+    def forces(self, *inputs: FloatArray) -> FloatArray:
+        """Creep forces at omega, speed, load and friction scale, which broadcast.
+
+        There are neither lateral slip nor spin, and the element has no memory.
+        """
+        force = np.empty(np.broadcast_shapes(*(one.shape for one in inputs)))
+        rows = [
+            np.ascontiguousarray(one if one.size == 1 else np.broadcast_to(one, force.shape))
+            for one in inputs
+        ]
+        strides = [int(row.size > 1) for row in rows]
+        given = ffi.new("double *[4]", [pointer(row, "double") for row in rows])
+        library().force_element_forces(
+            *self.structs, force.size, given, strides, pointer(force, "double")
+        )
+        return force
+
     def evaluate_one(self, *inputs: float) -> Any:
         """Output struct at one point: the fast way for an integrator.
 

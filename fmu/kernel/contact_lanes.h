@@ -44,8 +44,10 @@ static inline void contacts_load(contacts *c, int l, const force_element_paramet
 
 #define STORE(field) c->out[PLACE(force_element_output, field)][l] = out.field
 
-/* Set the outputs, or only those that the equations of motion need. */
-ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int all) {
+/* Which outputs to set: the creep force, what the equations of motion need, or all. */
+enum { ONLY_FORCE, MOTION, ALL };
+
+ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int which) {
     force_lanes f;
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
@@ -62,11 +64,12 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
         if (remembering) memory_action(&p, &in, &at, &out);
-        if (all) {
+        if (which == ALL) {
             put(c->out, l, FIELDS(force_element_output), (const double *)&out);
             continue;
         }
         STORE(creep_force);
+        if (which == ONLY_FORCE) continue;
         STORE(force_by_omega);
         STORE(force_by_speed);
         STORE(force_by_traction);
@@ -82,14 +85,14 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
 }
 
 /* Velocities and memory may have changed since the loading. */
-ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int all) {
+ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int which) {
     int alone = 0;
     for (int l = 0; l < LANES; l++) alone += c->alone[l];
     if (alone == LANES) { /* nothing is left to do together */
-    } else if (c->remembering && c->thermal) evaluate_together(c, 1, 1, all);
-    else if (c->remembering) evaluate_together(c, 0, 1, all);
-    else if (c->thermal) evaluate_together(c, 1, 0, all);
-    else evaluate_together(c, 0, 0, all);
+    } else if (c->remembering && c->thermal) evaluate_together(c, 1, 1, which);
+    else if (c->remembering) evaluate_together(c, 0, 1, which);
+    else if (c->thermal) evaluate_together(c, 1, 0, which);
+    else evaluate_together(c, 0, 0, which);
     for (int l = 0; alone > 0 && l < LANES; l++) {
         if (!c->alone[l]) continue;
         TAKE(force_element_input, in, c->in);
@@ -99,10 +102,13 @@ ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int all) {
     }
 }
 
+/* Set the creep forces of contacts without memory. */
+ALWAYS_INLINE void contacts_evaluate_force(contacts *c) { evaluate_contacts_of(c, ONLY_FORCE); }
+
 /* Set what the equations of motion need. */
-static void contacts_evaluate(contacts *c) { evaluate_contacts_of(c, 0); }
+static void contacts_evaluate(contacts *c) { evaluate_contacts_of(c, MOTION); }
 
 /* Set all outputs. */
-static void contacts_evaluate_all(contacts *c) { evaluate_contacts_of(c, 1); }
+static void contacts_evaluate_all(contacts *c) { evaluate_contacts_of(c, ALL); }
 
 #endif

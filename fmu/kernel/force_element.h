@@ -142,6 +142,13 @@ CONTACTLIB_API void force_element_evaluate_many(const creep_table *table,
                                                 size_t n, const force_element_input *input,
                                                 force_element_output *output);
 
+/* Creep forces alone at n inputs of omega, speed, normal load and friction scale, without lateral
+ * slip and spin; a stride is 1 if each has its own value, 0 if all share one. */
+CONTACTLIB_API void force_element_forces(const creep_table *table,
+                                         const force_element_parameters *parameters, size_t n,
+                                         const double *const input[4], const size_t stride[4],
+                                         double *force);
+
 /* A contact among several. */
 typedef struct {
     const force_element_parameters *parameters;

@@ -52,6 +52,12 @@ void force_element_evaluate_many(const creep_table *table,
     CHOOSE(force_element_evaluate_many)(table, parameters, n, input, output);
 }
 
+void force_element_forces(const creep_table *table, const force_element_parameters *parameters,
+                          size_t n, const double *const input[4], const size_t stride[4],
+                          double *force) {
+    CHOOSE(force_element_forces)(table, parameters, n, input, stride, force);
+}
+
 void force_element_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n) {
     CHOOSE(force_element_evaluate_each)(table, tasks, n);
 }

@@ -18,23 +18,25 @@
 #define NAMED(name, suffix) JOINED(name, suffix)
 #define WIDE(name) NAMED(name, WIDE_SUFFIX)
 
-#define WIDE_FUNCTIONS(suffix)                                                                    \
-    void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,          \
-                                            const double *, size_t, const double *, size_t,       \
-                                            double *, double *);                                  \
-    void force_element_evaluate_many_##suffix(                                                    \
-        const creep_table *, const force_element_parameters *, size_t,                            \
-        const force_element_input *, force_element_output *);                                     \
-    void force_element_evaluate_each_##suffix(const creep_table *, const force_task *, size_t);   \
-    const char *wheelset_advance_many_##suffix(const creep_table *, wheelset_task *, size_t,      \
-                                               double, size_t *);                                 \
-    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *,  \
-                                          drivetrain_state *, double, double, double, double *,   \
-                                          unsigned char *);                                       \
-    void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,             \
-                                           const drivetrain_input *, const drivetrain_state *,    \
-                                           drivetrain_output *);                                  \
-    void creep_forces_evaluate_##suffix(const creep_forces *, size_t, const creep_forces_input *, \
+#define WIDE_FUNCTIONS(suffix)                                                                     \
+    void creep_table_evaluate_many_##suffix(const creep_table *, size_t, const double *,           \
+                                            const double *, size_t, const double *, size_t,        \
+                                            double *, double *);                                   \
+    void force_element_evaluate_many_##suffix(                                                     \
+        const creep_table *, const force_element_parameters *, size_t,                             \
+        const force_element_input *, force_element_output *);                                      \
+    void force_element_forces_##suffix(const creep_table *, const force_element_parameters *,      \
+                                       size_t, const double *const[4], const size_t[4], double *); \
+    void force_element_evaluate_each_##suffix(const creep_table *, const force_task *, size_t);    \
+    const char *wheelset_advance_many_##suffix(const creep_table *, wheelset_task *, size_t,       \
+                                               double, size_t *);                                  \
+    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *,   \
+                                          drivetrain_state *, double, double, double, double *,    \
+                                          unsigned char *);                                        \
+    void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,              \
+                                           const drivetrain_input *, const drivetrain_state *,     \
+                                           drivetrain_output *);                                   \
+    void creep_forces_evaluate_##suffix(const creep_forces *, size_t, const creep_forces_input *,  \
                                         creep_forces_output *);
 
 WIDE_FUNCTIONS(portable)

@@ -38,6 +38,33 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
     }
 }
 
+void WIDE(force_element_forces)(const creep_table *table,
+                                const force_element_parameters *parameters, size_t n,
+                                const double *const input[4], const size_t stride[4],
+                                double *force) {
+    contacts c;
+    contacts_begin(&c, table, parameters);
+    for (size_t first = 0; first < n; first += LANES) {
+        size_t count = n - first < LANES ? n - first : LANES;
+        for (size_t l = 0; l < LANES; l++) {
+            size_t i = first + (l < count ? l : 0);
+            force_element_input in = {input[0][i * stride[0]],
+                                      input[1][i * stride[1]],
+                                      input[2][i * stride[2]],
+                                      input[3][i * stride[3]],
+                                      0.0,
+                                      0.0,
+                                      0.0,
+                                      0.0,
+                                      0.0};
+            contacts_load(&c, (int)l, parameters, &in);
+        }
+        contacts_evaluate_force(&c);
+        for (size_t l = 0; l < count; l++)
+            force[first + l] = c.out[PLACE(force_element_output, creep_force)][l];
+    }
+}
+
 /* Up to LANES wheelsets. One that needs very many or very short substeps begins again alone. */
 static const char *advance_few(const creep_table *table, wheelset_task *tasks, size_t n,
                                double step, size_t *failed) {

@@ -67,17 +67,36 @@ def test_k_hat_is_held_at_the_table_s_end_and_reports_it(element: cl.ForceElemen
 
 
 def test_arguments_broadcast(element: cl.ForceElement) -> None:
-    force = element.force(
-        omega=np.full((4, 1), 20.1), speed=10.0, normal_load=np.array([1e5, 2e5, 3e5])
-    )
+    omega, load = 20.0 + 0.1 * np.arange(4.0)[:, np.newaxis], np.array([1e5, 2e5, 3e5])
+    force = element.force(omega=omega, speed=10.0, normal_load=load)
     assert force.shape == (4, 3)
+    expected = [[element.force(omega=w, speed=10.0, normal_load=p) for p in load] for (w,) in omega]
+    np.testing.assert_array_equal(force, expected)
+    with pytest.raises(ValueError, match="broadcast"):
+        element.force(omega=np.zeros(2), speed=np.ones(3))
     assert element.force(omega=20, speed=10).shape == ()
     assert element.force(omega=np.zeros((0,)), speed=10.0).shape == (0,)
 
 
-def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
+@pytest.mark.parametrize("residual", [1.0, 0.4, 0.0])
+@pytest.mark.parametrize("kind", ["line", "ellipse", "layer", "measured"])
+def test_a_force_has_the_same_bits_alone_among_many_and_among_the_outputs(
+    element: cl.ForceElement, locomotive: cl.Model, kind: str, residual: float
+) -> None:
+    if kind == "layer":
+        element = replace(locomotive.wheelset.element, layer_compliance=1e-13)
+    elif kind == "ellipse":
+        element = locomotive.wheelset.element
+    elif kind == "measured":
+        if residual != 1.0:
+            pytest.skip("a measured curve contains the fall of its friction")
+        zeta = np.linspace(0.001, 0.1, 41)
+        curve = cl.MeasuredCurve(zeta, 0.3 * np.tanh(zeta / 0.01) * np.exp(-zeta / 0.2))
+        element = cl.ForceElement.from_curve(curve, element.contact, radius=element.radius)
+    element = falling(element, residual) if residual < 1.0 else element
     random = np.random.default_rng(3)
     omega, speed = random.uniform(-30.0, 30.0, 200), random.uniform(-15.0, 15.0, 200)
+    omega[100:] = speed[100:] / element.radius * random.uniform(0.97, 1.03, 100)
     load, scale = random.uniform(0.0, 3e5, 200), random.uniform(1e-6, 2.0, 200)
     load[0] = 0.0
     one_by_one = [
@@ -85,8 +104,11 @@ def test_one_point_has_the_bits_of_an_array(element: cl.ForceElement) -> None:
         for w, v, p, s in zip(*(a.tolist() for a in (omega, speed, load, scale)), strict=True)
     ]
     assert all(type(force) is np.ndarray and force.shape == () for force in one_by_one)
-    together = element.force(omega=omega, speed=speed, normal_load=load, friction_scale=scale)
+    given = {"omega": omega, "speed": speed, "normal_load": load, "friction_scale": scale}
+    together = element.force(**given)
     assert np.array(one_by_one).tobytes() == together.tobytes()
+    outputs = element.evaluate(**given)
+    assert outputs["creep_force"].tobytes() == together.tobytes()
 
 
 def test_k_hat_beyond_the_table_is_refused(table: cl.CreepForceTable) -> None:
