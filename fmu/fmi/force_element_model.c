@@ -64,17 +64,26 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
 }
 #endif /* ONE_FILE_KERNEL */
 
+/* Weight of a square in a sum in which older ones count less: it counts as much as the others and a
+ * usual one together at most, so that one wild jump of the inputs does not hide the steps after it.
+ */
+static double weight_of(double square, double sum, double usual) {
+    return square > sum + usual ? (sum + usual) / square : 1.0;
+}
+
 /* Count the turns of a force that oscillates from step to step and makes the slip oscillate: the
  * slip's acceleration then changes by minus an inverse mass times the change of the force, and
  * nothing else of that size changes it. A force that its surroundings excite lacks this effect, and
  * one that oscillates slowly turns less often. */
-static void count_turns(slip_memory *memory, double force, double rate, double friction_force) {
+static void count_turns(slip_memory *memory, double force, double rate, double friction_force,
+                        double inverse_mass) {
     static const double FADING = 0.9, MIN_SWING = 0.05, MIN_CORRELATION = 0.95, MAX_PAUSE = 25.0;
     double rise = force - memory->acting, bend = rate - memory->rate;
-    double *sums = memory->products;
-    sums[0] = FADING * sums[0] + rise * rise;
-    sums[1] = FADING * sums[1] + rise * bend;
-    sums[2] = FADING * sums[2] + bend * bend;
+    double *sums = memory->products, usual = inverse_mass * friction_force;
+    double weight = weight_of(bend * bend, sums[2], usual * usual);
+    sums[0] = FADING * sums[0] + weight * rise * rise;
+    sums[1] = FADING * sums[1] + weight * rise * bend;
+    sums[2] = FADING * sums[2] + weight * bend * bend;
     if (!(sums[0] + fabs(sums[1]) + sums[2] < 1e100)) sums[0] = sums[1] = sums[2] = 0.0;
     int large = fabs(rise) > MIN_SWING * friction_force;
     int turning = large && rise * memory->rise < 0.0;
@@ -110,11 +119,13 @@ static slip_memory judged(const model_values *v) {
                        parallel ? memory.force : memory.previous};
     for (int i = 0; i < 2; i++) {
         double external = rate + m * force[i], change = external - memory.external[i];
+        double weight = weight_of(change * change, memory.roughness[i], swing * swing);
         memory.external[i] = external;
-        memory.roughness[i] = FADING * memory.roughness[i] + change * change;
+        memory.roughness[i] = FADING * memory.roughness[i] + weight * change * change;
         if (!(memory.roughness[i] < 1e100)) memory.roughness[i] = memory.external[i] = 0.0;
     }
-    count_turns(&memory, force[0], rate, friction * v->input.friction_scale * v->input.normal_load);
+    count_turns(&memory, force[0], rate, friction * v->input.friction_scale * v->input.normal_load,
+                m);
     int rough = memory.roughness[0] > swing * swing && swing > 0.0;
     int doubtful = rough && memory.roughness[0] > MIN_CONTRAST * memory.roughness[1];
     memory.doubtful = doubtful ? fmin(memory.doubtful + 1.0, DOUBTFUL_STEPS) : 0.0;

@@ -782,6 +782,21 @@ def coupled(
         omega, speed = omega + step * rates.omega_rate, speed + step * rates.speed_rate
 
 
+@pytest.mark.parametrize("jump", [1e2, 1e8])
+@pytest.mark.parametrize("declared", [False, True])
+@pytest.mark.parametrize("name", ["force_element", "force_element-memory"])
+def test_one_wild_jump_of_the_inputs_hides_no_later_swing(
+    locomotive: cl.Model, tmp_path: Path, name: str, declared: bool, jump: float
+) -> None:
+    folder, step = exported(locomotive, tmp_path, name, parallel_exchange=declared), 5e-3
+    with Instance(folder).start(-2.0 * step, omega=jump, speed=5.0) as tool:
+        for i in (-2, -1):
+            tool.step(i * step, step)
+        settings: dict[str, Any] = {"speed": 5.0, "step": step, "parallel": False}
+        coupled(tool, locomotive.wheelset, torques=[1e4], count=100, **settings)
+        warns(tool, "parallel_exchange = true does" if declared else "steps of 0.005 s are longer")
+
+
 @pytest.mark.parametrize("declared", [False, True])
 @pytest.mark.parametrize("does", [False, True])
 @pytest.mark.parametrize("name", [name for name in EXPORTS if "force_element" in name])
