@@ -514,12 +514,26 @@ result component_check(component *self, unsigned reference, int boolean, const d
     return status;
 }
 
+/* The start value of omega moves with the radius, so that the wheel rolls on as it did; one that
+ * the tool has set stays. */
+static void set_radius(model_values *now, const model_values *start, double radius) {
+    const double *omega = &start->input.omega, *given = &start->contact.radius;
+    int rolls = now->input.omega == *omega * (*given / now->contact.radius);
+    if (rolls) now->input.omega = *omega * (*given / radius);
+    now->contact.radius = radius;
+}
+
 void component_put(component *self, unsigned reference, const double *values) {
     size_t i = index_of(self, reference), first = wheel_of(self, reference, 0);
     size_t count = self->is_common[i] ? self->wheels : component_size(self, reference);
-    for (size_t k = 0; k < count; k++)
-        model_set(&self->model->variables[i], &self->now->values[first + k],
-                  values[self->is_common[i] ? 0 : k]);
+    const model_variable *v = &self->model->variables[i];
+    for (size_t k = 0; k < count; k++) {
+        double value = values[self->is_common[i] ? 0 : k];
+        model_values *now = &self->now->values[first + k];
+        if (v->offset == offsetof(model_values, contact.radius))
+            set_radius(now, &self->start[first + k], value);
+        else model_set(v, now, value);
+    }
     self->now->stale = 1;
 }
 

@@ -63,12 +63,14 @@ static FILE *open_utf8(const char *path) {
 
 const char *resource_read(const char *resource_uri, const char *name, void **bytes, size_t *size,
                           char *message, size_t message_size) {
-    char path[PATH_SIZE];
+    char path[PATH_SIZE], inner[PATH_SIZE], below[80];
     *bytes = NULL;
     if (resource_uri == NULL) return "the tool gave no resource location";
     const char *error = path_of(resource_uri, name, path);
     if (error != NULL) return error;
     FILE *file = open_utf8(path);
+    snprintf(below, sizeof below, "resources/%s", name);
+    if (file == NULL && path_of(resource_uri, below, inner) == NULL) file = open_utf8(inner);
     if (file == NULL) {
         snprintf(message, message_size, "cannot open %s", path);
         return message;

@@ -22,7 +22,9 @@ const char TRUTH[] = "Boolean";
 #define FIXED(...) GIVEN(FIXED_PARAMETER, __VA_ARGS__)
 #define TUNABLE(...) GIVEN(TUNABLE_PARAMETER, __VA_ARGS__)
 
-#define RADIUS FIXED("radius", "m", "rolling radius of the wheel", 1e-6, 1e6, contact.radius)
+#define RADIUS \
+    FIXED("radius", "m", "rolling radius of the wheel; the start value of omega moves with it", 1e-6, \
+          1e6, contact.radius)
 
 #define CONTACT_PARAMETERS \
     RADIUS, \

@@ -585,6 +585,8 @@ def test_broken_resources_are_a_clear_message(
         (lambda p: f"{p}/", True),
         (lambda p: p.as_uri().replace("file:///", "file://elsewhere/"), False),
         (lambda p: p.as_uri() + "%zz", False),
+        (lambda p: p.parent.as_uri(), True),  # the FMU's folder in place of its resources
+        (lambda p: str(p.parent) + "/", True),
         (lambda p: str(p / "nowhere"), False),
         (lambda p: None, False),
     ],

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
@@ -459,6 +460,20 @@ def test_casadi_reads_every_output_as_a_real_number(
     if kind == "force_element":
         falls = float(found[outputs.index("falling_branch")])
         assert falls == 1.0  # at the last point
+
+
+def test_casadi_takes_several_wheels_in_fmi_2(locomotive: cl.Model, tmp_path: Path) -> None:
+    casadi = module("casadi")
+    rates = {}
+    for version in (2, 3):
+        options: dict[str, Any] = {"wheels": 2, "booleans": False}
+        folder = exported(locomotive, tmp_path, "wheelset", version, **options)
+        dae = casadi.DaeBuilder("wheelsets", str(folder))
+        with nullcontext() if version == 2 else pytest.raises(RuntimeError):  # no arrays
+            equations = dae.create("equations", ["x", "u"], ["ode"])
+            rates[version] = equations([20.0, 20.5, 10.0, 10.0], dae.start(dae.u()))
+    first, second = rates[2].full().ravel()[:2]
+    assert second < first  # the second one slips
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -197,6 +197,30 @@ def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
         one.restore(saved)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("kind", ["wheelset", "force_element", "force_element-memory"])
+def test_wheels_of_other_radii_begin_without_slip(
+    locomotive: cl.Model, tmp_path: Path, kind: str, version: int
+) -> None:
+    folder = exported(locomotive, tmp_path, kind, version, wheels=WHEELS, per_wheel=["radius"])
+    together = Wheels(Instance(folder).initialize())
+    (start,) = {*together.get("omega")}
+    given = [locomotive.wheelset.radius * (1.0 - 0.01 * i) for i in range(WHEELS)]
+    together.set(radius=[0.3] * WHEELS)
+    together.set(radius=given)  # the last one counts
+    omega = together.get("omega")
+    assert omega[0] == start
+    np.testing.assert_allclose(np.multiply(omega, given), start * given[0], rtol=1e-15)
+    together.set(omega=[0.5 * start] * WHEELS)
+    together.set(radius=given[::-1])
+    assert together.get("omega") == [0.5 * start] * WHEELS  # as the tool has set it
+    together.set(radius=given, omega=omega)
+    together.tool.fmu.exitInitializationMode()
+    assert np.abs(together.get("creepage")).max() < 1e-15
+    together.tool.step(0.0, 1e-3)
+    assert together.tool.log == []
+
+
 def test_description_is_valid_and_names_each_wheel(pair: tuple[Path, Path]) -> None:
     folder, _ = pair
     assert validate_fmu(str(folder)) == []
