@@ -126,7 +126,12 @@ def simulate(
 @click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786.")
 @click.option("--chunk", type=Whole(1), help="Runs per chunk; a kill loses unfinished chunks only.")
 @click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
-@click.option("--controller", hidden=True)
+@click.option(
+    "--controller",
+    metavar="FILE.py:NAME",
+    help="Run FILE.py, and as well the controller of your own that it calls NAME, a class or an "
+    "object. Workers of a cluster get FILE.py.",
+)
 @click.option("--no-maps", is_flag=True, help="Do not draw maps.")
 @drawing_options
 @click.option(
@@ -152,20 +157,22 @@ def sweep(
     If it is stopped or killed at any time, the same command continues from there. SWEEP is a TOML
     file or the name of a shipped one, which contactlib --help lists.
     """
+    from contactlib.cli.own_controller import load_controller
     from contactlib.runs import sweep as sweeps
 
-    if controller is not None:
-        raise ValueError(
-            "--controller: own controllers are run by contactlib.ensemble(sweep, controllers={...})"
-        )
     if cluster is not None and (processes or workers is not None):
         raise ValueError("--cluster cannot be combined with --processes or --workers")
+    own = {} if controller is None else dict([load_controller(controller)])
+    files = [] if controller is None else [controller.rpartition(":")[0]]
     loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
+    if taken := set(own) & set(loaded.plan.controllers):
+        raise ValueError(f"{sweep} has a controller {min(taken)} itself: take another name")
+    loaded = sweeps.with_own(loaded, own, {})
     folder = output or Path(f"contactlib-{loaded.stem}")
     count = workers or sweeps.default_workers()
     reporter, pace = ConsoleReporter(), Pace()
     if cluster is not None:
-        opened = sweeps.cluster_workers(cluster, reporter.line)
+        opened = sweeps.cluster_workers(cluster, reporter.line, files)
     else:
         opened = (sweeps.process_workers if processes else sweeps.thread_workers)(count)
     with opened as pool:

@@ -35,9 +35,10 @@ def load_controller(place: str) -> tuple[str, Controller]:
     if not (file.endswith(".py") and name.isidentifier()):
         like = f"{Path(file).with_suffix('.py')}:{name}" if file else "my_file.py:MyController"
         raise ValueError(f"--controller {place} must be FILE.py:NAME, such as {like}")
-    known = vars(_run(Path(file)))
+    module = _run(Path(file))
+    known, stem = vars(module), module.__name__
     if name not in known:
-        own = [key for key, value in known.items() if getattr(value, "__module__", "") == STEM]
+        own = [key for key, value in known.items() if getattr(value, "__module__", "") == stem]
         raise ValueError(f"--controller {place}: the file has no {name}; {known_names(name, own)}")
     found = known[name]
     if isinstance(found, type):
@@ -66,14 +67,20 @@ def with_controllers(
     return replace(scenario, controllers=every)
 
 
-STEM = "contactlib_own_controller"  # name under which the file's module is known
+OTHERWISE = "contactlib_own_controller"  # module's name, if another module has that of the file
+_run_here: set[str] = set()
 
 
 def _run(file: Path) -> ModuleType:
-    """Run a file as a module; as for a script, it may import what lies beside it."""
+    """Run a file as a module; as for a script, it may import what lies beside it.
+
+    Other processes import it by the name of the file.
+    """
     file.stat()  # an OSError that names it
-    spec = importlib.util.spec_from_file_location(STEM, file)
-    module = sys.modules[STEM] = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
+    name = file.stem if file.stem not in {*sys.modules} - _run_here else OTHERWISE
+    _run_here.add(name)
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
     sys.path.insert(0, str(file.resolve().parent))
     try:
         spec.loader.exec_module(module)  # type: ignore[union-attr]

@@ -133,10 +133,7 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
         ),
         ("demo -o file/below", "file"),
         ("simulate no_such.toml", r"no_such\.toml"),
-        (
-            "sweep x.toml --controller mine.py:Mine",
-            "^contactlib: --controller: own controllers are run by cont",
-        ),
+        ("sweep x.toml --controller mine.py", "^contactlib: --controller mine.py must be FILE"),
         *(
             (f"{command} --format png,docx", "^contactlib: --format = 'docx' must be one of: .*$")
             for command in ("simulate x", "sweep x", "figures --paper")

@@ -9,7 +9,7 @@ from contactlib.runs.sweep.execution import (
     process_workers,
     thread_workers,
 )
-from contactlib.runs.sweep.loading import load_sweep
+from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import Sweep
 
 __all__ = [
@@ -24,4 +24,5 @@ __all__ = [
     "report",
     "results_path",
     "thread_workers",
+    "with_own",
 ]

@@ -217,7 +217,8 @@ def ensemble(
         A sweep from `load_sweep`, or a sweep file.
     controllers : mapping, optional
         Controllers of your own by name, beside those of the sweep or in place of one. Processes
-        and clusters need a class that they can import, from a module or a script.
+        and clusters need a class that they can import, from a module or a script;
+        ``distributed.Client(address).upload_file("my_module.py")`` sends a module to a cluster.
     metrics : mapping, optional
         Outcomes of your own by name: functions of a `Result` that return one number, nan if it
         does not apply. A metric's unit is the function's attribute `units`, if it has one. The rows
@@ -266,6 +267,8 @@ def ensemble(
         If a file cannot be read or written.
     ImportError
         If xarray is not installed.
+    KeyboardInterrupt
+        If it is stopped; the same call continues, if there is an output folder.
 
     Warns
     -----
@@ -273,17 +276,36 @@ def ensemble(
         If slip speeds or slip work of the outcomes would destroy a vehicle.
     """
     optional_library("xarray")  # which holds the results: better now than after the runs
-    sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
-    sweep = with_own(sweep, controllers or {}, metrics or {}, key)
-    for name, number in (("workers", workers), ("chunk", chunk)):
-        if number is not None and number < 1:
-            raise ValueError(f"{name} = {number!r} is out of range: must be >= 1")
-    digest = sweep.plan.digest(sweep.values)
-    count = workers or (executor.count if isinstance(executor, Workers) else default_workers())
-    chunk = min(chunk or default_chunk(sweep, count), sweep.runs)
-    if output is None:
-        return make_dataset(sweep, _run(sweep, None, chunk, executor, count, progress), digest)
-    path = results_path(sweep, output)
+    try:
+        sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
+        sweep = with_own(sweep, controllers or {}, metrics or {}, key)
+        for name, number in (("workers", workers), ("chunk", chunk)):
+            if number is not None and number < 1:
+                raise ValueError(f"{name} = {number!r} is out of range: must be >= 1")
+        digest = sweep.plan.digest(sweep.values)
+        count = workers or (executor.count if isinstance(executor, Workers) else default_workers())
+        chunk = min(chunk or default_chunk(sweep, count), sweep.runs)
+        if output is None:
+            return make_dataset(sweep, _run(sweep, None, chunk, executor, count, progress), digest)
+        path = results_path(sweep, output)
+        return _in_folder(sweep, digest, path, chunk, executor, count, restart, progress)
+    except KeyboardInterrupt:  # without the traceback of what waits for the workers
+        kept = "" if output is None else f"; finished chunks are kept in {os.fspath(output)}"
+        continues = kept and ", and the same call continues"
+        raise KeyboardInterrupt(f"stopped{kept}{continues}") from None
+
+
+def _in_folder(
+    sweep: Sweep,
+    digest: str,
+    path: Path,
+    chunk: int,
+    executor: Executor | Workers | None,
+    count: int,
+    restart: bool,
+    progress: Callable[[float], object],
+) -> Dataset:
+    """Run what of the sweep is not yet in the folder of its results."""
     chunks = path.with_suffix(".chunks")
     if path.exists() and not restart and not chunks.exists():
         return _finished(sweep, digest, path, progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import logging
 import multiprocessing
 import os
@@ -49,20 +50,69 @@ class StoppedError(RuntimeError):
     """A chunk was stopped on request."""
 
 
+class UnloadableError(RuntimeError):
+    """A worker cannot load a controller or a metric of a user's own."""
+
+
 def go_on() -> bool:
     """Never stop."""
     return False
 
 
+def _packed(plan: Plan, executor: Executor) -> Plan | bytes:
+    """The plan as `run_chunk` takes it from this executor: as bytes, if it leaves this process.
+
+    A worker that cannot load a user's controller then reports this as the error of a chunk. It
+    would die if the executor unpacked the plan.
+
+    Raises
+    ------
+    ValueError
+        If a controller or metric of a user's own cannot be sent to a process.
+    """
+    if isinstance(executor, ThreadPoolExecutor):
+        return plan
+    processes = isinstance(executor, ProcessPoolExecutor)
+    pickler: Any = pickle
+    if not processes and importlib.util.find_spec("cloudpickle"):  # as Dask has
+        pickler = importlib.import_module("cloudpickle")
+    try:
+        return bytes(pickler.dumps(plan))
+    except Exception as error:  # pickle raises anything
+        if not processes:
+            return plan
+        raise ValueError(
+            f"controllers and metrics cannot be sent to processes: {error}; define them at the "
+            "top of a module, or use threads"
+        ) from error
+
+
+def _unpacked(plan: Plan | bytes) -> Plan:
+    """The plan that was packed.
+
+    Raises
+    ------
+    UnloadableError
+        If a class or function that it needs cannot be imported here.
+    """
+    if isinstance(plan, Plan):
+        return plan
+    try:
+        found: Plan = pickle.loads(plan)  # noqa: S301 - of the process that sent the chunk
+    except (ImportError, AttributeError) as error:
+        raise UnloadableError(str(error)) from None
+    return found
+
+
 def run_chunk(
-    plan: Plan, first: int, values: FloatArray, stopped: Callable[[], bool] = go_on
+    plan: Plan | bytes, first: int, values: FloatArray, stopped: Callable[[], bool] = go_on
 ) -> FloatArray:
     """Results of some runs; a pure function of the plan and the values.
 
     Parameters
     ----------
-    plan : Plan
-        Plan of the sweep.
+    plan : Plan or bytes
+        Plan of the sweep; pickled, if it comes from another process.
     first : int
         Index of the first run in the sweep.
     values : ndarray
@@ -82,7 +132,10 @@ def run_chunk(
         If the plan was made with another contactlib.
     StoppedError
         If `stopped` returns True.
+    UnloadableError
+        If a controller or metric of a user's own cannot be imported here.
     """
+    plan = _unpacked(plan)
     plan.check_machine()
 
     def go_on_or_stop(part: float) -> None:
@@ -224,12 +277,15 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def cluster_workers(
-    address: str, report: Callable[[str], object] = lambda line: None
+    address: str,
+    report: Callable[[str], object] = lambda line: None,
+    modules: Iterable[str | os.PathLike[str]] = (),
 ) -> Iterator[Workers]:
     """Workers of the Dask cluster with this scheduler address.
 
     A sweep that has lost all workers waits for one. `report` is called with a line about this, and
-    with another one when the sweep resumes.
+    with another one when the sweep resumes. `modules` are files that all workers get, with
+    controllers and metrics of a user's own.
 
     Raises
     ------
@@ -244,6 +300,8 @@ def cluster_workers(
         if name.split(".")[0] in ("distributed", "tornado"):  # `report` replaces their messages
             logging.getLogger(name).setLevel(logging.CRITICAL)
     with distributed.Client(address) as client:
+        for module in modules:
+            client.upload_file(os.fspath(module))
 
         def watch() -> bool:
             nonlocal waits
@@ -287,16 +345,10 @@ def run_chunks(
     ValueError
         If a controller or metric of a user's own cannot be sent to a process.
     RuntimeError
-        If a worker process dies; results finished before have been passed on.
+        If a worker process dies or cannot import a controller or metric; results finished before
+        have been passed on.
     """
-    if isinstance(workers.executor, ProcessPoolExecutor):
-        try:
-            pickle.dumps((plan.controllers, plan.metrics))
-        except Exception as error:  # pickle raises anything
-            raise ValueError(
-                f"controllers and metrics cannot be sent to processes: {error}; define them at the "
-                "top of a module, or use threads"
-            ) from error
+    packed = _packed(plan, workers.executor)
     left, flying, again = iter(chunks), dict[Future[FloatArray], tuple[int, int]](), set[int]()
     local = isinstance(workers.executor, (ThreadPoolExecutor, ProcessPoolExecutor))
     stopped = () if workers.stopped is go_on else (workers.stopped,)
@@ -305,7 +357,7 @@ def run_chunks(
         while True:
             while len(flying) < AHEAD * workers.count and (chunk := next(left, None)) is not None:
                 first, end = chunk
-                job = workers.executor.submit(run_chunk, plan, first, values[first:end], *stopped)
+                job = workers.executor.submit(run_chunk, packed, first, values[first:end], *stopped)
                 flying[job] = chunk
             if not flying:
                 return
@@ -332,6 +384,8 @@ def run_chunks(
         if isinstance(error, CancelledError):
             why = "a chunk was cancelled, as by a cluster whose scheduler has gone"
             raise RuntimeError(f"{why}; {KEPT}") from None
+        if isinstance(error, UnloadableError):
+            raise RuntimeError(_remedy(plan, str(error))) from None
         if isinstance(error, BrokenProcessPool):
             raise RuntimeError(f"a worker process died, perhaps {_why(plan)}") from None
         raise
@@ -340,10 +394,19 @@ def run_chunks(
 def _why(plan: Plan) -> str:
     """Likely cause of the death of a worker process, and the remedy."""
     script = getattr(sys.modules["__main__"], "__file__", None)
-    own = {**plan.controllers, **plan.metrics}.values()
     if script and "__name__" not in Path(script).read_text(errors="replace"):
         return f"as {script} lacks the line if __name__ == '__main__': before what it does; {KEPT}"
-    if not script and any(getattr(one, "__module__", "") == "__main__" for one in own):
-        why = "as it cannot import what a notebook defines"
-        return f"{why}; {KEPT}, with controllers and metrics in a module"
     return f"for lack of memory; {KEPT}"
+
+
+def _remedy(plan: Plan, error: str) -> str:
+    """Sentence about a controller or metric that a worker cannot load."""
+    own = {**plan.controllers, **plan.metrics}.values()
+    interactive = not getattr(sys.modules["__main__"], "__file__", None)
+    if interactive and any(getattr(one, "__module__", "") == "__main__" for one in own):
+        why = "cannot import what a notebook defines"
+        return f"a worker {why}; {KEPT}, with controllers and metrics in a module"
+    return (
+        f"a worker cannot load your controllers or metrics: {error}; install their module where "
+        f"the workers are, or send it with distributed.Client(ADDRESS).upload_file(FILE); {KEPT}"
+    )

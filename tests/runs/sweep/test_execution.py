@@ -401,6 +401,82 @@ def test_results_that_a_cluster_takes_for_an_error_are_fetched_again(
         cl.ensemble(path, executor=Stumbling(1000), workers=2, chunk=5)
 
 
+OWN = """
+import contactlib as cl
+
+class Mine(cl.SampledController):
+    sample_time = 0.01
+
+    def torque(self, measurement):
+        return 0.5 * measurement.demand
+"""
+
+
+class Elsewhere(Executor):
+    """An executor whose workers lack a module."""
+
+    def __init__(self, lacking: str) -> None:
+        self._lacking = lacking
+
+    def submit(self, *given: Any, **options: Any) -> Future[Any]:
+        sys.modules.pop(self._lacking, None)
+        job: Future[Any] = Future()
+        call, *arguments = given
+        try:
+            job.set_result(call(*arguments, **options))
+        except Exception as error:
+            job.set_exception(error)
+        return job
+
+
+def test_a_worker_without_a_user_s_module_is_one_sentence(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "known_here_only.py").write_text(OWN)
+    with monkeypatch.context() as only_here:
+        only_here.syspath_prepend(tmp_path)
+        own = {"mine": importlib.import_module("known_here_only").Mine()}
+    executor = Elsewhere("known_here_only")
+    with pytest.raises(RuntimeError) as raised:
+        cl.ensemble(path, controllers=own, executor=executor, workers=1)
+    assert str(raised.value).startswith(
+        "a worker cannot load your controllers or metrics: No module named 'known_here_only'; "
+        "install their module where the workers are, or send it with distributed.Client"
+    )
+    assert raised.value.__suppress_context__
+
+
+def test_an_interrupt_is_one_sentence(path: Path, tmp_path: Path) -> None:
+    def stop(part: float) -> None:
+        if part > 0.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        cl.ensemble(path, output=tmp_path, chunk=1, progress=stop)
+    assert str(raised.value) == (
+        f"stopped; finished chunks are kept in {tmp_path}, and the same call continues"
+    )
+    assert raised.value.__suppress_context__
+    assert [entry.name for entry in raised.traceback][1:] == ["ensemble"]
+
+
+@pytest.mark.slow
+def test_processes_import_an_own_controller_s_file(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (tmp_path / "file_of_mine.py").write_text(OWN)
+    given = ["sweep", str(path), "--no-maps", "--controller", "file_of_mine.py:Mine"]
+    done(*given, "-o", "threads")
+    done(*given, "-o", "processes", "--processes", "--workers", "2")
+    threads, processes = (Path(f"{one}/{path.stem}.nc") for one in ("threads", "processes"))
+    assert threads.read_bytes() == processes.read_bytes()
+    (tmp_path / "file_of_mine.py").write_text(OWN.replace("Mine", "open_loop"))
+    error = refused(*given[:-1], "file_of_mine.py:open_loop")
+    assert error == f"contactlib: {path} has a controller open_loop itself: take another name\n"
+
+
 @pytest.fixture
 def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Starts a process of a cluster on this machine, such as ``dask("scheduler")``."""
@@ -418,6 +494,33 @@ def dask(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     for process in started:
         process.kill()
         process.wait()
+
+
+@pytest.mark.slow
+@needs_distributed
+@posix
+def test_a_cluster_gets_the_file_of_an_own_controller(
+    path: Path,
+    tmp_path: Path,
+    dask: Callable[..., subprocess.Popen[str]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = tmp_path / "scheduler.json"
+    host = ("--host", "127.0.0.1", "--no-dashboard")
+    scheduler = dask("scheduler", *host, "--port", "0", "--scheduler-file", str(file))
+    until(lambda: file.exists() and bool(file.read_text()), scheduler)
+    address = json.loads(file.read_text())["address"]
+    dask("worker", address, *host, "--nthreads", "1", "--no-nanny")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    Path("file_of_mine.py").write_text(OWN)
+    given = ["sweep", str(path), "--no-maps", "--controller", "file_of_mine.py:Mine"]
+    run = python(COMMAND, *given, "-o", "cluster", "--cluster", address)
+    _, err = run.communicate(timeout=120)
+    assert (run.returncode, err) == (0, "")
+    done(*given, "-o", "here")
+    here, there = (Path(f"{one}/{path.stem}.nc") for one in ("here", "cluster"))
+    assert here.read_bytes() == there.read_bytes()
 
 
 @pytest.mark.slow
