@@ -226,7 +226,9 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     files["resources/start_values.bin"] = _start_values_file(description)
     files |= {f"resources/{name}": data for name, data in description.resources.items()}
     if "creep_table.bin" in description.resources:
-        files["resources/creep_table.csv"] = page.readable_table(description.element.table)
+        files["resources/creep_table.csv"] = page.readable_table(
+            description.element.table, description.element.layer_ratio
+        )
     files["documentation/index.html"] = page.index_page(description)
     files["documentation/licenses/license.txt"] = page.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)

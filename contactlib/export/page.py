@@ -80,6 +80,8 @@ def facts(description: Description) -> str:
             "shear modulus": f"{pair.shear_modulus / 1e9:.4g} GPa",
             "Poisson's ratio": f"{pair.poisson_ratio:g}",
         }
+        if pair.layer_compliance > 0.0:
+            shown["layer compliance"] = f"{pair.layer_compliance * 1e12:.4g} &#181;m/MPa"
         return _facts(shown)
     shown = {"wheel radius": f"{element.radius:.5g} m"}
     if description.has_contact:
@@ -101,6 +103,8 @@ def facts(description: Description) -> str:
                 "weakening length": f"{friction.weakening_length * 1e6:.4g} &#181;m",
                 "k_hat": f"{element.k_hat:.4g}",
             }
+        if element.layer_compliance > 0.0:
+            shown["layer ratio"] = f"{element.layer_ratio:.4g}"
     if not isinstance(wheelset, Missing):
         mass = "none, speed is held" if wheelset.mass is None else f"{wheelset.mass / 1e3:.5g} t"
         shown |= {
@@ -127,13 +131,16 @@ def law(description: Description) -> str:
     if curve.peak is None:
         shape = "The curve has no peak: the force does not fall with creepage"
     k_range = "one curve, without k_hat" if table.one_axis else f"k_hat from 0 to {table.k_max:g}"
+    ratio, without = "largest error of Q/(f<sub>d</sub> P)", " without one" * table.layered
     certificate = {
         "law": f"<code>{escape(table.law)}</code>",
-        "range of the table": f"{k_range}; any creepage",
-        "largest error of Q/(f<sub>d</sub> P)": f"{table.max_error:.2g}",
-        "largest error of its slope": f"{table.max_slope_error:.2g}",
-        "points compared": f"{table.certificate_points}",
+        "range of the table": f"{k_range}; any creepage{'; any layer' if table.layered else ''}",
+        **({f"{ratio} with a layer": f"{table.max_layer_error:.2g}"} if table.layered else {}),
+        f"{ratio}{without}": f"{table.max_error:.2g}",
+        f"largest error of its slope{without}": f"{table.max_slope_error:.2g}",
+        f"points compared{without}": f"{table.certificate_points}",
     }
+    at_layer = ", at the layer ratio above" if element.layer_compliance > 0.0 else ""
     level = "kinetic friction"
     note = ""
     if _is_measured(table):
@@ -146,7 +153,8 @@ def law(description: Description) -> str:
         "<figcaption>Computed by the library in this FMU at the nominal load and "
         f"{speed:g} m/s. {shape}.</figcaption>\n</figure>\n"
         "<p>The law is tabulated. The table is in <code>resources/</code>, and as readable numbers "
-        "in <code>resources/creep_table.csv</code>. It was compared with the law at points that "
+        f"in <code>resources/creep_table.csv</code>{at_layer}. It was compared with the law at "
+        "points that "
         f"are not its nodes:</p>\n{_table('Certificate of the table', (), certificate.items())}"
     )
 
@@ -157,6 +165,7 @@ def equations(element: ForceElement, kind: str, remembers: bool) -> str:
     if kind == "creep_forces":
         whole = "elliptic" if table.law.startswith("CarterGriffith") else "other"
         names = ["measured" if _is_measured(table) else whole, "lateral_spin"]
+        names += ["layer"] if element.layer_compliance > 0.0 else []
     elif kind != "wheelset_body":
         shape = table.options.get("contact", "other")
         names.append("creepage")
@@ -165,6 +174,7 @@ def equations(element: ForceElement, kind: str, remembers: bool) -> str:
         else:
             names += ["contact", shape if table.law.startswith("CarterGriffith") else "other"]
             names += ["half_space"] if shape == "elliptic" else []
+            names += ["layer"] if element.layer_compliance > 0.0 else []
             names += ["heat"] if element.friction.softens_with_heat else []
         if remembers:
             names.append("memory")
@@ -340,18 +350,20 @@ def index_page(description: Description) -> bytes:
     return page.encode("ascii", "xmlcharrefreplace")
 
 
-def readable_table(table: CreepForceTable) -> bytes:
+def readable_table(table: CreepForceTable, layer_ratio: float = 0.0) -> bytes:
     """Traction ratio and slope on a plain grid, as comma-separated values to read and plot.
 
-    For a law without k_hat that column is empty.
+    For a law without k_hat that column is empty. With a layer all rows have its ratio.
     """
     far = np.geomspace(1e-3, 1e3, 121)
     x = np.unique([float(f"{v:.4g}") for v in (0.0, *far, *np.linspace(0.3, 2.0, 86))])
-    rows = ["normalized_creepage,k_hat,traction_ratio,slope"]
+    layer = f"{layer_ratio:.9g}," if layer_ratio > 0.0 else ""
+    rows = [f"normalized_creepage,k_hat,{'layer_ratio,' if layer else ''}traction_ratio,slope"]
     for k_hat in [0.0] if table.one_axis else np.linspace(0.0, table.k_max, 21):
         label = "" if table.one_axis else f"{k_hat:.9g}"
-        values = zip(x, table.traction_ratio(x, k_hat), table.slope(x, k_hat), strict=True)
-        rows += [f"{v:.9g},{label},{ratio:.9g},{slope:.9g}" for v, ratio, slope in values]
+        found = table.traction_ratio(x, k_hat, layer_ratio), table.slope(x, k_hat, layer_ratio)
+        values = zip(x, *found, strict=True)
+        rows += [f"{v:.9g},{label},{layer}{ratio:.9g},{slope:.9g}" for v, ratio, slope in values]
     return "\n".join([*rows, ""]).encode("ascii")
 
 

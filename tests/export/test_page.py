@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import zipfile
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import metadata
@@ -22,6 +23,7 @@ from contactlib.base.text import version
 from contactlib.export import page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import MODEL_NAMES, Description
+from contactlib.export.package import fmu
 from contactlib.export.page import TITLES, index_page, readable_table
 from contactlib.files.model import Missing
 
@@ -144,6 +146,37 @@ def test_names_in_the_text_are_names_in_the_fmu(
     assert named - others <= set(description.by_name)
     heat = {"contact_temperature", "softening_temperature", "thermal_effusivity"}
     assert named & heat == (heat if warm and description.has_contact else set())
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "wheelset_body"])
+def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
+    locomotive: cl.Model, kind: str
+) -> None:
+    element = replace(locomotive.wheelset.element, layer_compliance=3e-13)
+    layered, table = with_element(locomotive, element), element.table
+    for model, has_layer in ((layered, True), (locomotive, False)):
+        description = Description(model, kind)
+        page = index_page(description).decode()
+        rows = {
+            text_of(row[0]): text_of(row[1])
+            for row in tree_of(page.encode()).iter(f"{HTML}tr")
+            if len(row) == 2
+        }
+        error, with_one = "largest error of Q/(fd P)", f"{table.max_layer_error:.2g}"
+        assert rows.get(f"{error} with a layer") == (with_one if has_layer else None)
+        plain = f"{error} without one" if has_layer else error
+        assert rows[plain] == f"{table.max_error:.2g}"
+        assert ("<code>layer_compliance</code>" in page) == has_layer
+        assert ("<span>layer</span>" in page) == has_layer
+        assert "choice: a layer" not in page
+        with zipfile.ZipFile(io.BytesIO(fmu(description, 2, None))) as archive:
+            csv_file = io.StringIO(archive.read("resources/creep_table.csv").decode())
+        for row in list(csv.DictReader(csv_file))[::997]:
+            ratio = float(row.get("layer_ratio", 0.0))
+            assert ratio == pytest.approx(description.element.layer_ratio, rel=1e-8)
+            here = [float(row[name]) for name in ("normalized_creepage", "k_hat")]
+            found = table.traction_ratio(*here, description.element.layer_ratio)
+            assert float(row["traction_ratio"]) == pytest.approx(found, abs=1e-8)
 
 
 @pytest.mark.parametrize("implicit", [False, True])
