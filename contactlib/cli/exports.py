@@ -271,7 +271,6 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
     A figure that cannot be drawn gives a line and exit status 1, after all others are drawn.
     """
     from contactlib.figures import CONTACT_PATCH, PAPER_FIGURES, STABILITY_FIGURES, save_pictures
-    from contactlib.stability import find_fold
 
     if not paper and model is None:
         raise ValueError("figures: pass --paper or --stability, or both")
@@ -283,7 +282,6 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
     if model is not None:
         loaded = _load(model)
         given = loaded.wheelset, loaded.initial_speed
-        find_fold(loaded.wheelset, speed=loaded.initial_speed)  # without which there is nothing
         for name, figure_of in STABILITY_FIGURES.items():
             chosen[f"stability_{name}"] = partial(figure_of.draw, *given), figure_of.title
     output.mkdir(parents=True, exist_ok=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -22,6 +23,7 @@ from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
     arrow,
+    beyond_zone,
     by_stability,
     end_of_curve,
     labelled,
@@ -34,45 +36,97 @@ from contactlib.figures.style import (
 )
 from contactlib.runs.result import Result
 from contactlib.stability import find_fold, quasi_steady_torque
-from contactlib.vehicle.creep_curve import Fold
+from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak
 from contactlib.vehicle.wheelset import Wheelset
 
 
 def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
     """Traction coefficient over creepage; dashed where it is unstable at constant torque.
 
-    A measured curve ends with the last of its points, which are shown; any other is shown beside
-    Carter's.
+    A measured curve ends with the last of its points, which are shown; any other law of line or
+    ellipse is shown with Carter's. The title states where the law is beyond its range.
     """
-    element = wheelset.element
-    fold = find_fold(wheelset, speed=speed)
+    element, curve = wheelset.element, CreepCurve(wheelset, speed=speed)
+    peak, fold = curve.peak, None
+    with suppress(ValueError):  # without a fold every creepage is stable
+        fold = curve.fold
     far = end_of_curve(element)
-    zeta = _with_fold(np.linspace(0.0, far, 1200), fold)
+    if element.table.points is None and math.isfinite(peak.creepage):
+        far = max(far, 1.5 * peak.creepage)
+    zeta = np.linspace(0.0, far, 1200)
+    zeta = np.union1d(zeta, [peak.creepage] if peak.creepage <= far else [])
+    zeta = zeta if fold is None else _with_fold(zeta, fold)
     record = element.at_creepage(zeta, speed=speed)
     mu = record["traction_coefficient"]
     points, top, title = element.table.points, float(mu.max()), "Creep curve"
     with styled():
         figure, axes = new_figure(7.2, 4.4)
         if points is None:
-            _beside_carter(axes, element, zeta, speed)
-            title += rf", $\hat K$ = {element.k_hat:.2g}"
+            if not element.table.one_axis:
+                title += rf", $\hat K$ = {element.k_hat:.2g}"
             title += rf", $\zeta_0$ = {100 * element.saturation_creepage:.2g} %"
         else:
             measured = points.creepage, points.traction_coefficient
             look: dict[str, Any] = {"color": paint.grey, "ms": 4, "clip_on": False}
             axes.plot(*measured, "o", label="measured points", **look)
             top = max(top, float(points.traction_coefficient.max()))
-        by_stability(axes, zeta, mu, _stable(zeta, fold), labels=AT_CONSTANT_TORQUE)
-        for text, creepage in (("fold", fold.creepage), ("return", fold.return_creepage)):
-            if creepage <= far:
-                height = float(np.interp(creepage, zeta, mu))
-                if text == "fold":
-                    text += f": {height:.3g} at {percent(creepage)}"
-                mark(axes, creepage, height, text, (0, 9), ha="center")
-        limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, 1.12 * top), "legend": {}}
-        title += f", $V$ = {speed:.3g} m/s"
+        stable = np.ones(zeta.shape, np.bool_) if fold is None else _stable(zeta, fold)
+        by_stability(
+            axes, zeta, mu, stable, labels=AT_CONSTANT_TORQUE if fold else ("stable", None)
+        )
+        if not element.table.one_axis:
+            _beside_carter(axes, element, zeta, speed)
+        _mark_ends(axes, zeta, mu, peak, fold)
+        limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, 1.16 * top), "legend": {}}
+        title += f", $V$ = {speed:.3g} m/s{_beyond_law(element, zeta, record)}"
         labelled(axes, "creepage", "traction coefficient", title, **limits)
     return figure
+
+
+def _mark_ends(axes: Axes, zeta: FloatArray, mu: FloatArray, peak: Peak, fold: Fold | None) -> None:
+    """Mark the peak of the force, fold and return of the torque, or point to where they are."""
+    far = float(zeta[-1])
+
+    def named(name: str, creepage: float) -> str:
+        return f"{name}: {np.interp(creepage, zeta, mu):.3g} at {percent(creepage)}"
+
+    marks = [("peak", peak.creepage)] if peak.creepage < far else []
+    if fold is not None:
+        if marks and abs(fold.creepage - peak.creepage) < 0.02 * far:
+            marks = [("fold", fold.creepage)]
+            if percent(fold.creepage) == percent(peak.creepage):
+                marks = [("peak and fold", fold.creepage)]
+            else:
+                axes.plot([peak.creepage], [mu.max()], "o", color=paint.ink, mfc=paint.paper, ms=6)
+        elif fold.creepage <= far:
+            marks.append(("fold", fold.creepage))
+        if fold.return_creepage <= far:
+            marks.append(("return", fold.return_creepage))
+        elif math.isfinite(fold.return_creepage):
+            text = f"return at {percent(fold.return_creepage)} \N{RIGHTWARDS ARROW}"
+            note(axes, text, (far, mu[-1]), (0, -29), ha="right")
+        else:
+            note(axes, "no return", (far, mu[-1]), (0, -29), ha="right")
+    for name, creepage in marks:
+        height, side = (
+            float(np.interp(creepage, zeta, mu)),
+            "left" if creepage < 0.2 * far else "center",
+        )
+        mark(axes, creepage, height, named(name, creepage), (0, 9), ha=side)
+
+
+def _beyond_law(element: ForceElement, zeta: FloatArray, record: Any) -> str:
+    """Line of a title: where the law is used beyond the k_hat or the zone that it is made for."""
+    lines = []
+    held = record["k_hat_limited"] > 0.0
+    if held.any():
+        lines.append(
+            rf"$\hat K$ is held at {element.table.k_max:g}, the law's largest, from "
+            f"{percent(float(zeta[held.argmax()]))} on"
+        )
+    if text := beyond_zone(element):
+        lines.append(text)
+    return "".join(f"\n{line}" for line in lines)
 
 
 def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: float) -> None:
@@ -82,10 +136,12 @@ def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: f
     fallen = f", {kinetic[-1]:.3g} at this slip speed" * (friction.slip_rate_decay > 0.0)
     coulomb = replace(element, friction=replace(friction, weakening_length=0.0))
     carter = coulomb.at_creepage(zeta, speed=speed)["traction_coefficient"]
-    axes.plot(zeta, carter, color=paint.grey, lw=1.2, label="Carter (Coulomb friction)")
+    # Over the curve, which it meets at either end, and thin enough to leave it visible.
+    look: dict[str, Any] = {"color": paint.ink, "lw": 0.9, "zorder": 4}
+    axes.plot(zeta, carter, label="Carter (Coulomb friction)", **look)
     axes.plot(zeta, kinetic, color=paint.grey, lw=0.8, ls=":")
-    text, look = f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}", {"color": paint.grey}
-    note(axes, text, (zeta[-1], kinetic[-1]), (0, -13), ha="right", **look)
+    text, grey = f"kinetic friction $f_d$ = {friction.kinetic:.3g}{fallen}", {"color": paint.grey}
+    note(axes, text, (zeta[-1], kinetic[-1]), (0, -15), ha="right", **grey)
 
 
 def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:

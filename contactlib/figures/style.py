@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray, declared
 from contactlib.element.force_element import ForceElement
+from contactlib.kernel import process_zone_limit
 from contactlib.laws.friction import EXPONENTIAL
 from contactlib.laws.hertz import EllipticContact
+from contactlib.laws.scales import process_zone_ratio
 from contactlib.runs.result import Result
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
@@ -382,6 +384,14 @@ def end_of_curve(element: ForceElement) -> float:
     return 5.0 * element.saturation_creepage if points is None else float(points.creepage.max())
 
 
+def beyond_zone(element: ForceElement) -> str:
+    """Whether the weakening zone is too long for the law of a short one; empty if it is not."""
+    zone, limit = process_zone_ratio(element.contact, element.friction), process_zone_limit()
+    if not element.table.is_limit or zone <= limit:
+        return ""
+    return f"process zone ratio {zone:.2g} > {limit:g}: beyond the law of a short zone"
+
+
 def setting(wheelset: Wheelset, speed: float | None = None) -> str:
     """Parameters of a wheelset, for a caption: all that differ from their defaults."""
     parts = [*_contact_setting(wheelset.element), *_friction_setting(wheelset.element)]
@@ -428,6 +438,8 @@ def _contact_setting(element: ForceElement) -> list[str]:
     parts.append(f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa")
     if isinstance(contact, EllipticContact):
         parts.append(f"Poisson {contact.poisson_ratio:.3g}")
+    if text := beyond_zone(element):
+        parts.append(text)
     if element.layer_compliance:
         parts.append(f"layer {1e12 * element.layer_compliance:.3g} um/MPa")
     if element.load_exponent is not None:

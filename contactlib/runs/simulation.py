@@ -115,7 +115,8 @@ def simulate(
     """
     if wheelset.element.memory:
         raise ValueError(
-            "wheelset.element.memory = True must be False: run_scenario simulates such a contact"
+            "the contact's memory = True must be False (in a file: memory = false in [contact]): "
+            "run_scenario simulates such a contact"
         )
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval

@@ -197,13 +197,12 @@ class CreepCurve:
         """
         points = self._native.fold()
         if points.size == 0:
-            friction, at = self.wheelset.element.friction, self.at
-            level = friction.ratio == 1.0 and not friction.falls_with_slip_speed
+            at = self.at
             raise ValueError(
                 f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, "
                 f"friction_scale = {at.friction_scale!r}, damping = {self.wheelset.damping!r}: the "
-                "torque has no maximum over creepage, so there is no fold"
-                f"{f'; friction does not fall, as static = kinetic = {friction.kinetic!r}' * level}"
+                "torque has no maximum over creepage, so there is no fold; "
+                f"{flattening(self.wheelset)}"
             )
         fold, back = (points[["creepage", "torque"]][i].item() for i in range(2))
         return Fold(*fold, *back)
@@ -278,6 +277,30 @@ class CreepCurve:
             pole=pole,
             stable=pole < 0.0,
         )
+
+
+def flattening(wheelset: Wheelset) -> str:
+    """Why the torque may not fall with creepage, and what to change in the model."""
+    element = wheelset.element
+    friction = element.friction
+    if friction.ratio == 1.0 and not friction.falls_with_slip_speed:
+        return (
+            f"friction does not fall, as static = kinetic = {friction.kinetic!r}: it needs "
+            "friction.static > friction.kinetic"
+        )
+    less = [
+        f"lower wheelset.{name} = {value:g}"
+        for name, value in (
+            ("layer_compliance", element.layer_compliance),
+            ("damping", wheelset.damping),
+        )
+        if value > 0.0
+    ]
+    if element.table.one_axis:
+        more = ["a law whose force falls more"]
+    else:
+        more = ["a higher friction.static or friction.weakening_length (k_hat)"]
+    return f"it needs {' or '.join([*less, *more])}"
 
 
 def beyond_grip(drive_torque: float, limit: float) -> str:

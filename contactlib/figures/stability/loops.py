@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray
+from contactlib.figures.stability.steepest import steepest_fall
 from contactlib.figures.style import (
     DASHED,
     DOTTED,
@@ -36,7 +37,6 @@ from contactlib.stability import (
     proportional_window,
     reduced_plant,
     sampled_delay,
-    worst_pole,
 )
 from contactlib.stability.control_systems import (
     Margins,
@@ -66,7 +66,7 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
     given = wheelset
     if not (wheelset.speed_held or wheelset.resistance.linear or wheelset.resistance.quadratic):
         wheelset = replace(wheelset, mass=None)
-    worst = worst_pole(wheelset, speed=speed)
+    worst = steepest_fall(wheelset, speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
     with styled(paint.hatched):
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
@@ -138,7 +138,7 @@ def _over_creepage(axes: Axes, wheelset: Wheelset, speed: float) -> None:
         names = ("determinant vanishes", "trace vanishes")
         for values, name, style in zip(bounds.T, names, (DASHED, DOTTED), strict=True):
             axes.plot(zeta, values, color=paint.orange, lw=1.4, ls=style, label=name)
-    steepest = worst_pole(wheelset, speed=speed).pole
+    steepest = steepest_fall(wheelset, speed).pole
     for ratio, (color, width) in zip((0.3, 0.6, 0.9), paint.three, strict=True):
         delay = ratio / steepest
         largest = [
@@ -165,7 +165,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     control = optional_library("control")
 
     given, wheelset = wheelset, replace(wheelset, mass=None)
-    worst = worst_pole(wheelset, speed=speed)
+    worst = steepest_fall(wheelset, speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
     delay = DELAY_RATIO / plant.pole
     window = proportional_window(plant.pole, plant.gain, delay=delay)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from contactlib.figures.stability.steepest import steepest_fall
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
@@ -145,6 +146,7 @@ def _family(axes: Axes, curves: dict[str, SCurve], title: str) -> None:
 
 def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Fast pole over creepage, and the longest delay of a loop over speed."""
+    steepest_fall(wheelset, speed)  # without which there is nothing to hold
     with styled():
         figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
         _over_creepage(left, wheelset, [factor * speed for factor in (0.3, 1.0, 3.0)])

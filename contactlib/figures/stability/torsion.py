@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
+from contactlib.figures.stability.steepest import steepest_fall
 from contactlib.figures.style import (
     DASHED,
     add_caption,
@@ -23,7 +24,6 @@ from contactlib.figures.style import (
     setting,
     styled,
 )
-from contactlib.stability import worst_pole
 from contactlib.stability.torsion import (
     bistable_range,
     effective_slope,
@@ -113,7 +113,7 @@ def _slopes(
     axes: Axes, drivetrain: Drivetrain, speed: float, both: tuple[float, float] | None
 ) -> None:
     wheelset = drivetrain.wheelset
-    steepest = worst_pole(wheelset, speed=speed).creepage
+    steepest = steepest_fall(wheelset, speed).creepage
     means = (steepest, 2.0 * steepest, 3.0 * steepest)
     if both is not None and np.isfinite(both[1]):
         means = (steepest, 0.5 * (both[0] + both[1]), 1.15 * both[1])
@@ -145,7 +145,7 @@ def _amplitudes(
     axes: Axes, drivetrain: Drivetrain, speed: float, both: tuple[float, float] | None
 ) -> None:
     wheelset = drivetrain.wheelset
-    steepest = worst_pole(wheelset, speed=speed).creepage
+    steepest = steepest_fall(wheelset, speed).creepage
     far = 3.0 * steepest
     means = _means(drivetrain, speed, steepest, far, both)
     if both is not None:
