@@ -6,7 +6,6 @@ Stable branches are solid and unstable ones dashed, so that a figure can be read
 from __future__ import annotations
 
 import math
-import textwrap
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -33,6 +32,7 @@ from contactlib.figures.style import (
     paint,
     percent,
     styled,
+    wrapped,
 )
 from contactlib.runs.result import Result
 from contactlib.stability import find_fold, quasi_steady_torque
@@ -274,7 +274,7 @@ def _lag(axes: Axes, run: Result, fold: Fold, low: float) -> None:
     left = behind < torque - low  # there is more room than between ramp and return
     text = f"grip at {torque:.3g}\N{NO-BREAK SPACE}kN\N{NO-BREAK SPACE}m: the spinning wheel lags"
     side, offset, width = ("right", (-6, 0), 14) if left else ("left", (6, 0), 26)
-    lines = textwrap.fill(f"{text} behind the ramp", width)
+    lines = wrapped(f"{text} behind the ramp", width)
     note(axes, lines, (torque, 3.0 * fold.creepage), offset, ha=side)
 
 

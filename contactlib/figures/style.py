@@ -355,11 +355,17 @@ def line_length(figure: Figure, per_inch: float) -> int:
     return int(per_inch * figure.get_figwidth() / sized(1.0))
 
 
+def wrapped(text: str, width: int, **options: Any) -> str:
+    """Break a text into lines of a width in characters, between words only."""
+    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.fill(text, width, **whole, **options)
+
+
 def typeset(figure: Figure, caption: str) -> str:
     """Wrap a caption to the figure's width and typeset its symbols; empty if captions are off."""
     if not captions.now:
         return ""
-    lines = textwrap.fill(caption, line_length(figure, 14.5), break_on_hyphens=False)
+    lines = wrapped(caption, line_length(figure, 14.5))
     return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
 
 

@@ -6,7 +6,10 @@ random samples are drawn as a distribution, with the most influential parameters
 
 from __future__ import annotations
 
+import json
 import os
+import re
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +22,8 @@ from contactlib.figures.maps.layout import FAILED, RUN, layout
 from contactlib.figures.maps.meaning import words
 from contactlib.figures.maps.planes import plane_figure
 from contactlib.figures.maps.samples import sample_figure
+from contactlib.figures.style import setting
+from contactlib.files.model import build_model
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -95,14 +100,15 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
         raise ValueError(f"outcome = {outcome!r} must be one of: {', '.join(known)}")
     sweep, source = (_plain(dataset.attrs.get(key, "")) for key in ("title", "source"))
     described = _plain(dataset[outcome].attrs.get("long_name", ""))
+    constants = _constants(dataset)
     name = words(dataset[outcome]).name
     title = f"{name[:1].upper()}{name[1:]}{': ' if sweep else ''}{sweep}"
     if RUN in dataset[outcome].dims:
-        caption = _sentences(described, MARKED, source)
+        caption = _sentences(described, MARKED, source, constants)
         return sample_figure(dataset, outcome, title=title, caption=caption)
     chosen = layout(dataset, outcome)
     draw = plane_figure if len(chosen.axes) == 2 else curve_figure
-    return draw(chosen, title=title, caption=_sentences(described, chosen.note, source))
+    return draw(chosen, title=title, caption=_sentences(described, chosen.note, source, constants))
 
 
 def _plain(text: object) -> str:
@@ -111,5 +117,22 @@ def _plain(text: object) -> str:
 
 
 def _sentences(*texts: str) -> str:
-    """Join the texts that are not empty into a caption."""
-    return " ".join(f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." for text in texts if text)
+    """Join the texts that are not empty into a caption; each ends with one full stop."""
+    given = (re.sub(r"[ \t\r\n]+", " ", text).strip().rstrip(" .") for text in texts)
+    return " ".join(
+        f"{text[:1].upper()}{text[1:]}{'' if text[-1] in '!?' else '.'}" for text in given if text
+    )
+
+
+def _constants(dataset: Dataset) -> str:
+    """Parameters of the wheelset that the sweep's attributes contain, if its law is at hand."""
+    try:
+        vehicle = json.loads(str(dataset.attrs.get("vehicle", "{}")))
+        if "law" in vehicle:  # it may take long to solve, or lie in a file that is not there
+            return ""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the sweep gave them
+            wheelset = build_model(vehicle, Path(), None, lambda _: None).wheelset
+            return f"Unless varied: {setting(wheelset)}"
+    except (ValueError, TypeError, AttributeError):  # the dataset may come from any file
+        return ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.maps.meaning import geometric, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import line_length, new_figure, plain_log, sized, typeset
+from contactlib.figures.style import line_length, new_figure, plain_log, sized, typeset, wrapped
 from contactlib.runs.analysis import MARGIN
 
 if TYPE_CHECKING:
@@ -198,7 +197,7 @@ def along(axes: Axes, which: Literal["x", "y"], coordinate: DataArray) -> None:
 def frame(figure: Figure, title: str, handles: dict[str, Any], caption: str) -> None:
     """Set the title above, and below it the caption and a legend in as many columns as fit."""
     width = line_length(figure, CHARACTERS)
-    lines = textwrap.fill(title, width)
+    lines = wrapped(title, width)
     figure.suptitle(lines, x=0.01, ha="left", fontsize=sized(12))
     longest = max((len(text) for text in handles), default=0)
     columns = width // (longest + 5)

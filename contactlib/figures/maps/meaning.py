@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FloatArray
+from contactlib.figures.style import wrapped
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 from contactlib.runs.outcomes import Outcome
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 FORCES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
 SHORT = ((1.0, ""), (1e-3, "m"))
 PREFIXES = {"N": FORCES, "N.m": FORCES, "J": FORCES, "W": FORCES, "s": SHORT, "m": SHORT}
+KEY = re.compile(r"[a-z_]+(\.[a-z_]+)+(\[\d+\])?")  # of a file, that is swept without a label
 GEOMETRIC = 3.0  # largest / smallest value above which an axis may be logarithmic
 WIDE = 30.0  # largest / smallest value above which a scale is logarithmic
 
@@ -38,7 +39,7 @@ class Words(NamedTuple):
 
     def lines(self, width: int) -> str:
         """Label of a short axis, wrapped to a width in characters."""
-        return f"{textwrap.fill(self.name, width)}  [{self.unit}]"
+        return f"{wrapped(self.name, width)}  [{self.unit}]"
 
     def number(self, value: float) -> str:
         """A value in SI units, written with the displayed unit."""
@@ -51,6 +52,8 @@ def words(array: DataArray) -> Words:
     given = array.attrs.get("long_name") if array.name in array.coords else None
     name = str(given or str(array.name).replace("_", " "))
     unit = str(array.attrs.get("units", "1"))
+    if KEY.fullmatch(name):
+        name = re.sub("[._]", " ", name)
     name = name.replace("$", r"\$")
     if unit == "1":
         in_percent = array.attrs.get("display_units") == "%"

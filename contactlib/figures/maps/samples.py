@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from contactlib.figures.maps.curves import look_of
 from contactlib.figures.maps.layout import CONTROLLER, FAILED, RUN, controllers, frame
 from contactlib.figures.maps.meaning import Words, finite, meaning, wide, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import new_figure, paint, plain_log, sized, styled
+from contactlib.figures.style import new_figure, paint, plain_log, sized, styled, wrapped
 from contactlib.runs.outcomes import Outcome
 
 if TYPE_CHECKING:
@@ -138,8 +137,9 @@ def _influence(
         bars = np.nan_to_num([strength[str(parameter.name)][index] for parameter in drawn])
         look = {"color": look_of(index)["color"], "ec": paint.paper, "lw": 0.0}
         axes.barh(at, bars, height=height, hatch=HATCHES[index % len(HATCHES)], **look)
-    lines: dict[str, Any] = {"width": 24, "max_lines": 2, "placeholder": " ..."}
-    names = [textwrap.fill(words(parameter).name, **lines) for parameter in drawn]
+    names = [
+        wrapped(words(parameter).name, 24, max_lines=2, placeholder=" ...") for parameter in drawn
+    ]
     axes.set_yticks(np.arange(len(drawn)), names, fontsize=sized(8))
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")

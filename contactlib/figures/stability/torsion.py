@@ -119,11 +119,15 @@ def _slopes(
         means = (steepest, 0.5 * (both[0] + both[1]), 1.15 * both[1])
     amplitude = np.linspace(0.0, 2.2 * means[1], 241)
     limit = -1e-3 * torsional_threshold(drivetrain, speed=speed)
+    top = -0.65e-3 * wheelset.balanced(creepage=steepest, speed=speed).creep_force_slope
+    bottom, end = -0.55 * top, 0.0
     for mean, (color, width) in zip(means, paint.three, strict=True):
         point = wheelset.balanced(creepage=mean, speed=speed)
         fall = -1e-3 * effective_slope(wheelset, point, amplitude)
         name = f"at {100.0 * mean:.2g} % mean creepage"
         axes.plot(amplitude, fall, color=color, lw=width, label=name)
+        leaves = np.flatnonzero(fall < bottom)
+        end = max(end, float(amplitude[leaves[0] if leaves.size else -1]))
         for cycle in torsional_state(drivetrain, point).limit_cycles:
             if cycle.amplitude < amplitude[-1]:
                 dot(axes, cycle.amplitude, limit, stable=cycle.stable)
@@ -131,8 +135,7 @@ def _slopes(
     look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "ha": "right"}
     note(axes, r"$2 D \omega_t$: the amplitude grows above", (1.0, limit), (-2, 5), **look)
     axes.axhline(0.0, color=paint.ink, lw=0.9)
-    top = -0.65e-3 * wheelset.balanced(creepage=steepest, speed=speed).creep_force_slope
-    limits: dict[str, Any] = {"xlim": (0.0, amplitude[-1]), "ylim": (-0.55 * top, top)}
+    limits: dict[str, Any] = {"xlim": (0.0, end), "ylim": (bottom, top)}
     force = "effective fall of a wheel's force $-N$  [kN]"
     labelled(axes, AMPLITUDE, force, "Effective slope; dots: limit cycles", legend={}, **limits)
     per_second = 1e3 * 2.0 * wheelset.radius**2 / (wheelset.inertia * speed)
@@ -147,6 +150,8 @@ def _amplitudes(
     wheelset = drivetrain.wheelset
     steepest = steepest_fall(wheelset, speed).creepage
     far = 3.0 * steepest
+    if both is not None:  # to its end; one without an end, far enough to see where it begins
+        far = max(far, 1.12 * both[1] if np.isfinite(both[1]) else 2.0 * both[0])
     means = _means(drivetrain, speed, steepest, far, both)
     if both is not None:
         shaded: dict[str, Any] = {"facecolor": paint.shade, "hatch": "//", "lw": 0.0, "zorder": 0}
@@ -157,17 +162,22 @@ def _amplitudes(
     ]
     rest = np.array([state.equilibrium_stable for state in states])
     kinds = ((True, paint.blue, "-", "stable"), (False, paint.orange, DASHED, "unstable"))
-    for kept, color, style, _ in kinds:
-        at_rest = np.where(rest == kept, 0.0, np.nan)
-        axes.plot(means, at_rest, color=color, ls=style, lw=3.0, clip_on=False)
     largest = 0.0
     for kept, color, style, name in kinds:
         sizes = np.array([_size(state.limit_cycles, kept) for state in states])
         there = np.isfinite(sizes)
-        at, sizes = means[there], sizes[there]
-        axes.plot(at, sizes, color=color, ls=style, label=name)
-        largest = max(largest, float(sizes.max(initial=0.0)))
-    centres = np.repeat(steepest * np.array(SIMULATED), len(KICKS))
+        resting = np.where(rest == kept, 0.0, np.nan)
+        # The legend names what is drawn: limit cycles or, without any, the state of rest.
+        labels = (name, None) if there.any() else (None, name)
+        if there.any():
+            axes.plot(means[there], sizes[there], color=color, ls=style, label=labels[0])
+        if (rest == kept).any():
+            look: dict[str, Any] = {"color": color, "ls": style, "label": labels[1]}
+            axes.plot(means, resting, lw=3.0, clip_on=False, **look)
+        largest = max(largest, float(sizes[there].max(initial=0.0)))
+    parts = np.array(SIMULATED)
+    beyond = np.maximum(parts - 1.0, 0.0) * 0.5 * (far / steepest - 3.0)  # over the whole axis
+    centres = np.repeat(steepest * (parts + beyond), len(KICKS))
     kicks = centres * np.tile(KICKS, len(SIMULATED))
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in centres]
     found = simulated_amplitudes(drivetrain, points, kicks)
