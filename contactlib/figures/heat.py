@@ -17,7 +17,9 @@ from contactlib.figures.style import (
     new_figure,
     paint,
     percent,
+    setting,
     styled,
+    thermal_setting,
 )
 from contactlib.laws.thermal_contact import ThermalContact
 from contactlib.laws.traction_data import TractionData
@@ -79,7 +81,7 @@ def thermal_strips(contact: ThermalContact, creepages: Sequence[float], *, speed
         legend, height = {"loc": "upper right"}, (0.0, top)
         temperature = "temperature above ambient  [K]"
         labelled(right, place, temperature, xlim=limits, ylim=height, legend=legend)
-        add_caption(figure, ALONG.format(speed=speed))
+        add_caption(figure, f"{ALONG.format(speed=speed)} {thermal_setting(contact)}")
     return figure
 
 
@@ -126,7 +128,7 @@ def thermal_curves(
         limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, None)}
         legend = {"loc": "lower right", "ncols": 2}
         labelled(axes, "creepage", "traction coefficient", legend=legend, **limits)
-        add_caption(figure, CURVES)
+        add_caption(figure, f"{CURVES} {thermal_setting(contact)}")
     return figure
 
 
@@ -169,5 +171,6 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: ArrayLike) -
         for place, name, ylim in zip(axes, (TORQUE, *names), limits, strict=True):
             labelled(place, "speed", name, xlim=(0.0, values[-1]), ylim=ylim)
         axes[0].legend(loc="lower left")
-        add_caption(figure, OVER_SPEED)
+        each = (f"{name}: {setting(wheelset)}" for name, wheelset in wheelsets.items())
+        add_caption(figure, " ".join([OVER_SPEED, *each]))
     return figure

@@ -107,7 +107,7 @@ def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> 
         _draw(figure, grid, law, creepages, axes_ratio, clip)
         for axes, heading, x in zip(grid, headings.values(), creepages, strict=True):
             axes.set_title(f"{heading}: {_creepage(x)}")
-        add_caption(figure, CAPTION)
+        add_caption(figure, f"{CAPTION} k_hat {law.k_hat:g}, $b/a$ {axes_ratio:g}.")
     return figure
 
 

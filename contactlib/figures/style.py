@@ -23,8 +23,9 @@ from contactlib.base.quantities import FloatArray, declared
 from contactlib.element.force_element import ForceElement
 from contactlib.kernel import process_zone_limit
 from contactlib.laws.friction import EXPONENTIAL
-from contactlib.laws.hertz import EllipticContact
-from contactlib.laws.scales import process_zone_ratio
+from contactlib.laws.hertz import Contact, EllipticContact
+from contactlib.laws.scales import k_hat, process_zone_ratio
+from contactlib.laws.thermal_contact import ThermalContact
 from contactlib.runs.result import Result
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
@@ -434,16 +435,7 @@ def _contact_setting(element: ForceElement) -> list[str]:
     if not table.one_axis:
         parts.append(f"k_hat {element.k_hat:.3g}")
     parts.append(f"zeta0 {100.0 * element.saturation_creepage:.3g} %")
-    if isinstance(contact, EllipticContact):
-        axes = f"{1e3 * contact.semi_axis_x:.3g} x {1e3 * contact.semi_axis_y:.3g} mm"
-        uncoupled = f" of {contact.theory}" * (contact.theory != "half_space")
-        parts.append(f"semi-axes {axes}{uncoupled}")
-    else:
-        sides = f"{1e3 * contact.semi_width:.3g} mm, length {1e3 * contact.length:.3g} mm"
-        parts.append(f"semi-width {sides}")
-    parts.append(f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa")
-    if isinstance(contact, EllipticContact):
-        parts.append(f"Poisson {contact.poisson_ratio:.3g}")
+    parts += _shape_setting(contact)
     if text := beyond_zone(element):
         parts.append(text)
     if element.layer_compliance:
@@ -457,6 +449,43 @@ def _contact_setting(element: ForceElement) -> list[str]:
     if element.minimum_speed != DEFAULTS["minimum_speed"].default:
         parts.append(f"minimum speed {element.minimum_speed:.3g} m/s")
     return parts
+
+
+def _shape_setting(contact: Contact) -> list[str]:
+    """Shape and modulus of a contact."""
+    if not isinstance(contact, EllipticContact):
+        sides = f"{1e3 * contact.semi_width:.3g} mm, length {1e3 * contact.length:.3g} mm"
+        return [f"semi-width {sides}", f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa"]
+    axes = f"{1e3 * contact.semi_axis_x:.3g} x {1e3 * contact.semi_axis_y:.3g} mm"
+    uncoupled = f" of {contact.theory}" * (contact.theory != "half_space")
+    return [
+        f"semi-axes {axes}{uncoupled}",
+        f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa",
+        f"Poisson {contact.poisson_ratio:.3g}",
+    ]
+
+
+def thermal_setting(thermal: ThermalContact) -> str:
+    """Parameters of a contact with thermal softening, for a caption."""
+    heat, friction, softening = thermal.heat, thermal.friction, thermal.softening
+    bodies = {"wheel": (heat.wheel, heat.wheel_temperature)}
+    bodies["rail"] = (heat.rail, heat.rail_temperature)
+    parts = [
+        f"k_hat {k_hat(heat.contact, friction):.3g}",
+        f"f_s {friction.static:.3g}",
+        f"f_d {friction.kinetic:.3g}",
+        *_shape_setting(heat.contact),
+        f"$P$ {1e-3 * heat.contact.normal_load:.4g} kN",
+        f"friction times {softening.share[-1]:.3g} at {softening.temperature[-1]:.4g} K",
+    ]
+    if thermal.slope_reduction != 1.0:
+        parts.append(f"slope reduction {thermal.slope_reduction:.3g}")
+    for name, (material, rise) in bodies.items():
+        effusivity = f"{1e-3 * material.effusivity:.4g} kW s$^{{0.5}}$/(m$^2$ K)"
+        parts.append(f"effusivity of the {name} {effusivity}")
+        if rise:
+            parts.append(f"{name} {rise:.4g} K above ambient")
+    return _listed(parts)
 
 
 def _friction_setting(element: ForceElement) -> list[str]:
