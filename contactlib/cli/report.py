@@ -162,48 +162,58 @@ def sample_times(scenario: Scenario) -> list[float]:
 def outlook(scenario: Scenario) -> list[str]:
     """Report for each sample time, at minimum and maximum friction, if a gain is stabilising.
 
-    A line names the steepest point of the falling branch at the design speed, its pole, and the
-    gains that hold it with the delays of the loop. The last one reports rolling that is not steady.
+    A line names the steepest point of the falling branch, its pole, and the gains that hold it with
+    the delays of the loop: at the design speed and, if the run starts more slowly, at its first
+    speed, but not below the minimum speed. The last line reports rolling that is not steady.
     """
-    drivetrain, speed = scenario.drivetrain, scenario.design_speed
-    remembers = drivetrain.wheelset.element.memory
+    drivetrain, wheelset = scenario.drivetrain, scenario.drivetrain.wheelset
+    start = max(abs(scenario.initial_speed), wheelset.element.minimum_speed)
+    speeds = [scenario.design_speed, *([start] if start < scenario.design_speed else [])]
+    remembers = wheelset.element.memory
     vibrates = drivetrain.axle is not None and not remembers
-    lines, rates = [], [drivetrain.torsional_frequency if vibrates else 0.0]
-    for sample_time in sample_times(scenario):
-        for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
-            wheelset = drivetrain.wheelset.with_slope(slope)
-            worst = worst_pole(wheelset, speed=speed, friction_scale=friction)
-            where = f"at {speed:g} m/s, friction factor {friction:g}"
-            where += "" if slope == 1.0 else f", slope factor {slope:g}"
-            if worst.pole <= 0.0:
-                lines.append(
-                    f"{where}: no branch on which the wheel slips away under constant torque"
-                )
-                continue
-            verdict = controllability(
-                worst.pole,
-                delay=scenario.sensors.delay,
-                lag=drivetrain.lag,
-                sample_time=sample_time,
-            )
-            rates.append(worst.pole)
-            stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
-            lines.append(
-                f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
-                f"{verdict.text}{stay}; reduced frequency p a/V "
-                f"{reduced_frequency(wheelset, worst.pole, speed=speed):.2g}"
-            )
-    fastest = reduced_frequency(drivetrain.wheelset, max(rates), speed=speed)
+    lines, rates = [], {}
+    for speed in speeds:
+        rates[speed] = [drivetrain.torsional_frequency if vibrates else 0.0]
+        for sample_time in sample_times(scenario):
+            for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
+                line, pole = _verdict(scenario, speed, sample_time, friction, slope)
+                lines.append(line)
+                rates[speed].append(pole)
+    slowest = speeds[-1]  # where the contact is passed through in the longest time
+    fastest = reduced_frequency(wheelset, max(rates[slowest]), speed=slowest)
     if fastest > STEADY_ROLLING:
         advice = "" if remembers else "; for the runs, add memory = true to [contact]"
         # Memory is in the poles, but not in a plant g/(s - p).
         what = "the ranges of gains are" if remembers else "analysis is"
         lines.append(
-            f"rolling at {speed:g} m/s is not steady, and {what} inaccurate: the largest "
-            f"rate, {max(rates):.3g} 1/s, has the reduced frequency {fastest:.2g}, above "
+            f"rolling at {slowest:g} m/s is not steady, and {what} inaccurate: the largest "
+            f"rate, {max(rates[slowest]):.3g} 1/s, has the reduced frequency {fastest:.2g}, above "
             f"{STEADY_ROLLING:g}{advice}"
         )
     return lines
+
+
+def _verdict(
+    scenario: Scenario, speed: float, sample_time: float, friction: float, slope: float
+) -> tuple[str, float]:
+    """Line on the steepest point of the falling branch under a speed and factors; its pole."""
+    drivetrain = scenario.drivetrain
+    wheelset = drivetrain.wheelset.with_slope(slope)
+    worst = worst_pole(wheelset, speed=speed, friction_scale=friction)
+    where = f"at {speed:g} m/s, friction factor {friction:g}"
+    where += "" if slope == 1.0 else f", slope factor {slope:g}"
+    if worst.pole <= 0.0:
+        return f"{where}: no branch on which the wheel slips away under constant torque", 0.0
+    verdict = controllability(
+        worst.pole, delay=scenario.sensors.delay, lag=drivetrain.lag, sample_time=sample_time
+    )
+    stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
+    line = (
+        f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
+        f"{verdict.text}{stay}; reduced frequency p a/V "
+        f"{reduced_frequency(wheelset, worst.pole, speed=speed):.2g}"
+    )
+    return line, worst.pole
 
 
 def write_tuning(

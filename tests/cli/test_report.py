@@ -122,6 +122,28 @@ def test_the_outlook_is_that_of_the_loop() -> None:
         assert expected.text in outlook(wet_patch(drivetrain=late))[-1]
 
 
+@pytest.mark.parametrize(
+    ("start", "slow"), [(0.0, "0.1"), (-0.02, "0.1"), (2.0, "2"), (10.0, None), (30.0, None)]
+)
+def test_the_outlook_is_given_at_the_speed_of_the_start_too(start: float, slow: str | None) -> None:
+    """A gain that holds at the design speed may not hold at the start: poles grow like 1/V."""
+    quick = {"quick": OpenLoop(sample_time=1e-3)}
+    case = wet_patch(sensors=Sensors(), controllers=quick, track=cl.Track())
+    at_once = dataclasses.replace(case.drivetrain, motor=Motor(lag=0.0))
+    case = dataclasses.replace(case, drivetrain=at_once, initial_speed=start, design_speed=10.0)
+    design, *others = [line for line in outlook(case) if line.startswith("falling branch")]
+    assert design.startswith("falling branch at 10 m/s,")
+    assert ": holds: pole" in design
+    assert len(others) == (slow is not None)
+    if slow is None:
+        return
+    assert others[0].startswith(f"falling branch at {slow} m/s,")
+    worst = cl.worst_pole(at_once.wheelset, speed=float(slow))
+    expected = cl.controllability(worst.pole, delay=0.0, lag=0.0, sample_time=1e-3)
+    assert expected.text in others[0]
+    assert others[0].count(": holds") == (slow == "2")
+
+
 def test_the_outlook_names_a_curve_that_does_not_fall(rig: cl.Model) -> None:
     case = cl.load_scenario("torsion.toml")
     friction = cl.Friction(static=0.21, kinetic=0.21, weakening_length=0.0)
