@@ -289,7 +289,7 @@ def flattening(wheelset: Wheelset) -> str:
             "friction.static > friction.kinetic"
         )
     less = [
-        f"lower wheelset.{name} = {value:g}"
+        f"a lower wheelset.{name} (it is {value:g})"
         for name, value in (
             ("layer_compliance", element.layer_compliance),
             ("damping", wheelset.damping),

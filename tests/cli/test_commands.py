@@ -141,21 +141,15 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
         ("figures", "^contactlib: figures: pass --paper or --stability, or both$"),
         ("figures --paper -o file", "file"),
         ("figures --stability no_such_model.toml", r"no_such_model\.toml"),
-        (
-            "figures --stability level.toml",
-            r"friction does not fall, as static = kinetic = 0\.21$",
-        ),
     ],
 )
 def test_a_mistake_is_one_line_and_writes_nothing(
     command: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    level = re.sub("static = .*", "static = 0.21", model_path("roller_rig.toml").read_text())
-    Path("level.toml").write_text(re.sub("k_hat = .*", "k_hat = 0", level))
     Path("file").write_text("")
     assert re.search(message, refused(*shlex.split(command)))
-    assert {path.name for path in tmp_path.iterdir()} == {"level.toml", "file"}
+    assert {path.name for path in tmp_path.iterdir()} == {"file"}
 
 
 @pytest.mark.filterwarnings("always::contactlib.InputWarning")
@@ -284,6 +278,27 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others(
         "stability_poles.png",
         "stability_poles.svg",
     }
+
+
+@pytest.mark.slow
+def test_stability_figures_without_a_fold_are_drawn_as_far_as_possible(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each refusal is one line that names what to change in the file."""
+    monkeypatch.chdir(tmp_path)
+    level = re.sub("static = .*", "static = 0.21", model_path("roller_rig.toml").read_text())
+    Path("level.toml").write_text(re.sub("k_hat = .*", "k_hat = 0", level))
+    result = call("figures", "--stability", "level.toml", "--format", "svg", "-o", "out")
+    assert result.exit_code == 1
+    assert [path.name for path in Path("out").iterdir()] == ["stability_creep_curve.svg"]
+    refused = [name for name in STABILITY_FIGURES if name != "creep_curve"]
+    lines = result.stderr.splitlines()
+    for name, line in zip(refused, lines, strict=True):
+        assert line.startswith(f"contactlib: no stability_{name}: ")
+        assert line.endswith(
+            "friction does not fall, as static = kinetic = 0.21: it needs friction.static > "
+            "friction.kinetic"
+        )
 
 
 def test_table_is_rebuilt_from_the_law(tmp_path: Path) -> None:

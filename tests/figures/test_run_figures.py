@@ -125,6 +125,62 @@ def test_without_damping_a_note_gives_the_torque_below_which_it_returns(rig: cl.
         assert any("no return" in text and note in text for text in texts)
 
 
+def marked(figure: Figure) -> dict[str, tuple[float, float]]:
+    """Places of the notes of a creep curve, by the words before their numbers."""
+    texts = figure.axes[0].texts
+    return {re.split(r" at |: |\$", text.get_text())[0]: text.xy for text in texts}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("damping", [0.0, 5.0, 50.0, 2e3])
+def test_a_creep_curve_marks_peak_fold_and_return(rig: cl.Model, damping: float) -> None:
+    """The return within the axis, or where to find it."""
+    body = replace(rig.wheelset, damping=damping)
+    curve = cl.vehicle.CreepCurve(body, speed=10.0)
+    figure = figures.creep_curve(body, speed=10.0)
+    notes, (low, high) = marked(figure), figure.axes[0].get_xlim()
+    assert low == 0.0
+    (name,) = {"fold", "peak and fold"} & set(notes)
+    assert notes[name][0] == curve.fold.creepage
+    if curve.fold.return_creepage < high:
+        assert notes["return"][0] == curve.fold.return_creepage
+    elif np.isfinite(curve.fold.return_creepage):
+        assert notes["return"][0] == high
+        (text,) = (t.get_text() for t in figure.axes[0].texts if "return" in t.get_text())
+        assert text.endswith("%\u00a0\N{RIGHTWARDS ARROW}".replace("\u00a0", " "))
+    else:
+        assert "no return" in notes
+    lines = {str(line.get_label()): line for line in figure.axes[0].lines}
+    carter, stable = lines["Carter (Coulomb friction)"], lines[AT_CONSTANT_TORQUE[0]]
+    assert carter.get_zorder() > stable.get_zorder()  # visible where they meet
+    assert carter.get_linewidth() < 0.5 * stable.get_linewidth()
+    dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert curve.peak.creepage in [np.asarray(dot.get_xdata())[0] for dot in dots] or (
+        name == "peak and fold"
+    )
+
+
+@pytest.mark.filterwarnings("ignore:process zone")
+def test_a_creep_curve_beyond_the_law_notes_it(locomotive: cl.Model) -> None:
+    body, friction = locomotive.wheelset, locomotive.wheelset.element.friction
+    long = replace(
+        friction,
+        weakening_length=20.0 * friction.weakening_length,
+        slip_rate_residual=0.1,
+        slip_rate_decay=3.0,
+    )
+    beyond = replace(body, element=replace(body.element, friction=long))
+    figure = figures.creep_curve(beyond, speed=10.0)
+    title, held, zone = figure.axes[0].get_title(loc="left").splitlines()
+    assert "process zone ratio" not in title
+    found = re.fullmatch(r"\$\\hat K\$ is held at 2, the law's largest, from ([\d.]+) % on", held)
+    assert found is not None
+    at = beyond.element.at_creepage([0.009 * float(found[1]), 0.0101 * float(found[1])], speed=10.0)
+    assert at["k_hat_limited"].tolist() == [0.0, 1.0]
+    assert zone.startswith("process zone ratio 8.9 > 0.5") or "process zone ratio" in zone
+    inside = figures.creep_curve(body, speed=10.0).axes[0].get_title(loc="left")
+    assert "\n" not in inside
+
+
 def test_a_measured_creep_curve_ends_with_its_last_point(rig: cl.Model) -> None:
     zeta = np.linspace(0.001, 0.12, 60)
     mu = 0.30 * np.tanh(zeta / 0.008) * (0.55 + 0.45 * np.exp(-zeta / 0.05))

@@ -192,6 +192,15 @@ def test_slip_away_points_are_on_the_integral(figures: dict[str, Figure], rig: c
     assert_allclose(closed[overload < 0.1], exact[overload < 0.1], rtol=0.15)
 
 
+def test_slip_away_ends_before_damping_holds_an_overload(locomotive: cl.Model) -> None:
+    damped = replace(locomotive.wheelset, damping=2e3)
+    axes = STABILITY_FIGURES["slip_away"].draw(damped, V).axes[0]
+    fold = cl.find_fold(damped, speed=V)
+    far = 10.0 * damped.element.saturation_creepage
+    assert cl.stability.quasi_steady_torque(damped, far, speed=V) > 1.01 * fold.drive_torque
+    assert axes.get_ylim()[1] == fold.return_creepage < far
+
+
 @pytest.mark.parametrize("speed", [1.0, 2.78])
 def test_slip_away_is_drawn_where_the_closed_form_is_far_off(
     locomotive: cl.Model, speed: float
@@ -340,6 +349,80 @@ def test_simulated_amplitudes_are_on_the_stable_branch(
     for centre in np.unique(centres):  # in the bistable range, and only there, the kick decides
         one_rests = len({bool(kept) for kept in swinging[centres == centre]}) == 2
         assert one_rests == (both[0] < centre < both[1])
+
+
+@pytest.mark.parametrize("name", ["phase", "slip_away", "torsion"])
+def test_a_refusal_of_memory_names_the_key_of_the_file(locomotive: cl.Model, name: str) -> None:
+    body = locomotive.wheelset
+    remembers = replace(body, element=replace(body.element, memory=True))
+    with pytest.raises(ValueError, match=r"memory = false in \[contact\]"):
+        STABILITY_FIGURES[name].draw(remembers, V)
+
+
+@pytest.mark.parametrize(
+    ("changes", "remedy"),
+    [
+        (
+            {"damping": 1e5},
+            r"a lower wheelset\.damping \(it is 100000\) or a higher friction\.static",
+        ),
+        (
+            {"layer_compliance": 3e-12},
+            r"a lower wheelset\.layer_compliance \(it is 3e-12\) or a lower",
+        ),
+    ],
+)
+def test_a_missing_fold_names_what_flattens_the_curve(
+    changes: dict[str, float], remedy: str
+) -> None:
+    body = cl.load_model("roller_rig.toml").wheelset
+    of_body = {name: value for name, value in changes.items() if name == "damping"}
+    of_element = {name: value for name, value in changes.items() if name != "damping"}
+    flat = replace(body, element=replace(body.element, **of_element), **of_body)
+    with pytest.raises(ValueError, match=f"no fold; it needs {remedy}"):
+        cl.find_fold(flat, speed=V)
+    figure = STABILITY_FIGURES["creep_curve"].draw(flat, V)
+    labels = [str(line.get_label()) for line in figure.axes[0].lines]
+    assert "stable" in labels
+    assert "unstable at constant torque" not in labels
+
+
+def test_a_free_vehicle_is_not_held(of_locomotive: dict[str, Figure], locomotive: cl.Model) -> None:
+    drawn = {name: of_locomotive[name] for name in ("phase", "gains")}
+    drawn["clearing"] = STABILITY_FIGURES["clearing"].draw(locomotive.wheelset, V)
+    for figure in drawn.values():
+        caption = figure.get_supxlabel().replace("\u00a0", " ")
+        assert "(held)" not in caption
+        assert "$V$ 10 m/s." in caption
+
+
+@pytest.mark.parametrize("speed", [3.0, 10.0])
+def test_the_range_of_limit_cycles_holds_their_curve(rig: cl.Model, speed: float) -> None:
+    """At low speed, and where friction falls slowly, the bistable range goes far."""
+    body = with_falling(rig.wheelset)
+    axes = STABILITY_FIGURES["torsion"].draw(body, speed).axes[1]
+    drivetrain = Drivetrain(body, axle=drawn_axle(body))
+    both = torsion.bistable_range(drivetrain, speed=speed)
+    assert both is not None
+    assert axes.get_xlim()[1] > both[1] > 3.0 * cl.worst_pole(body, speed=speed).creepage
+    mean, stable, _ = checks.lines(axes, "stable")
+    _, unstable, _ = checks.lines(axes, "unstable")
+    assert mean[-1] == pytest.approx(both[1], rel=1e-3)
+    assert stable[-1] == pytest.approx(unstable[-1], rel=0.05)
+    assert axes.get_ylim()[1] > stable.max()
+
+
+def test_a_legend_of_limit_cycles_names_only_what_is_drawn(rig: cl.Model) -> None:
+    """At high speed the wheels do not vibrate: rest is stable at any mean creepage."""
+    for speed in (150.0, 100.0, 30.0):
+        axes = STABILITY_FIGURES["torsion"].draw(rig.wheelset, speed).axes[1]
+        named = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+        assert all(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any() for line in named)
+        labels = [line.get_label() for line in named]
+        assert ("unstable" in labels) == (speed < 150.0)
+        bistable = [patch.get_label() == "bistable" for patch in axes.patches]
+        assert any(bistable) == (speed < 100.0)
+        assert len(set(labels)) == len(labels)
 
 
 def test_figures_without_return_and_with_falling_friction(

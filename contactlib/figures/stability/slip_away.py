@@ -28,7 +28,13 @@ from contactlib.figures.style import (
 )
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
-from contactlib.stability import clearing, find_fold, slip_away_estimate, slip_away_time
+from contactlib.stability import (
+    clearing,
+    find_fold,
+    slip_away_estimate,
+    slip_away_time,
+    steady_states,
+)
 from contactlib.vehicle.continuous_control import TorqueControl
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
@@ -50,9 +56,11 @@ CLOSE = 1.02  # ratio of the two simulated times that enclose the critical one
 def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Creepage over time at three overloads, and the time over the overload."""
     far = FAR * wheelset.element.saturation_creepage
-    # Damping holds an overload at creepages beyond the return, but not before it.
-    end = min(far, find_fold(wheelset, speed=speed).return_creepage)
-    what = f"{FAR:g} zeta0" if end == far else "that of the return"
+    # Where damping would hold a small overload before, the runs end at the return.
+    fold = find_fold(wheelset, speed=speed)
+    states = steady_states(wheelset, drive_torque=fold.drive_torque, speed=speed).creepage
+    early = bool(((states > fold.return_creepage) & (states < far)).any())
+    end, what = (fold.return_creepage, "the return") if early else (far, f"{FAR:g} zeta0")
     with styled():
         figure, (left, right) = new_figure(11.0, 4.8, ncols=2)
         _histories(left, wheelset, speed, end)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from strategies import examples
 from contactlib.figures import draw_maps, map_figure
 from contactlib.figures.maps.layout import layout
 from contactlib.figures.maps.meaning import words
+from contactlib.files import model_path
 
 
 def test_long_axes_are_those_of_the_map() -> None:
@@ -44,6 +48,44 @@ def test_an_axis_that_does_not_matter_is_left_out() -> None:
     assert [axis.name for axis in chosen.axes] == ["load"]
     assert chosen.note == f"Does not depend on {DESCRIBED['friction'][1]}."
     assert_allclose(chosen.cases[0].values, LOAD / 205e3 - 1.0)
+
+
+def test_captions_break_no_word_and_sentences_end_once() -> None:
+    made = analysed()
+    made.attrs |= {
+        "source": "Scenario: mine.toml; the rest\n is chosen.\n ",
+        "vehicle": json.dumps(tomllib.loads(model_path("locomotive.toml").read_text())),
+    }
+    long = "undividable" * 6
+    for axis in made.coords.values():
+        axis.attrs["long_name"] = f"{long}, axis {axis.name} of a stress-intensity"
+    figure = map_figure(made, "critical_torque")
+    caption = " ".join(figure.legends[0].get_title().get_text().split("\n")).replace("\u00a0", " ")
+    assert "the rest is chosen. Unless varied: " in caption
+    assert "$f_s$ 0.45" in caption
+    assert "2 wheels of $P$ 110.3 kN" in caption
+    assert not re.search(r"\.\s*\.", caption)
+    assert caption.endswith(".")
+    labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
+    for label in labels[:2]:
+        assert long in label
+        assert "stress-intensity" in label
+
+
+@pytest.mark.parametrize("vehicle", ["", "no JSON", "[1]", '{"contact": 3}', '{"law": {}}'])
+def test_a_sweep_without_a_wheelset_is_drawn_too(vehicle: str) -> None:
+    made = analysed()
+    made.attrs["vehicle"] = vehicle
+    caption = map_figure(made, "critical_torque").legends[0].get_title().get_text()
+    assert "Unless" not in caption
+
+
+def test_an_axis_without_a_label_is_named_in_words() -> None:
+    made = analysed()
+    made["load"].attrs["long_name"] = "vehicle.contact.normal_load"
+    assert words(made["load"]).name == "vehicle contact normal load"
+    made["load"].attrs["long_name"] = "load (max. of 2)"
+    assert words(made["load"]).name == "load (max. of 2)"
 
 
 def test_values_are_sorted_and_at_most_nine_maps_are_drawn() -> None:
