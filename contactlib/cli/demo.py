@@ -279,7 +279,7 @@ def _draw(
     wheelset, runs = scenario.drivetrain.wheelset, (torque_run, creep_run)
     drawn = {
         "creep_curve": figures.creep_curve(wheelset, speed=speed),
-        "time_histories": figures.time_histories(*runs, title=title),
+        "time_histories": figures.time_histories(*runs, title=title, wheelset=wheelset),
         "fold_diagram": figures.fold_diagram(wheelset, *runs, speed=speed, title=title),
     }
     for kind, figure in drawn.items():

@@ -21,9 +21,11 @@ from contactlib.element.force_element import ForceElement
 from contactlib.figures.style import (
     AT_CONSTANT_TORQUE,
     DASHED,
+    add_caption,
     arrow,
     beyond_zone,
     by_stability,
+    drawn_creepage,
     end_of_curve,
     labelled,
     mark,
@@ -31,7 +33,10 @@ from contactlib.figures.style import (
     note,
     paint,
     percent,
+    setting,
+    sized,
     styled,
+    typeset,
     wrapped,
 )
 from contactlib.runs.result import Result
@@ -80,6 +85,11 @@ def creep_curve(wheelset: Wheelset, *, speed: float) -> Figure:
         limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, 1.16 * top), "legend": {}}
         title += f", $V$ = {speed:.3g} m/s{_beyond_law(element, zeta, record)}"
         labelled(axes, "creepage", "traction coefficient", title, **limits)
+        add_caption(
+            figure,
+            "A constant torque holds the rising branch; on the falling branch a little more "
+            f"creepage means less force. {setting(wheelset, speed)}",
+        )
     return figure
 
 
@@ -144,8 +154,13 @@ def _beside_carter(axes: Axes, element: ForceElement, zeta: FloatArray, speed: f
     note(axes, text, (zeta[-1], kinetic[-1]), (0, -15), ha="right", **grey)
 
 
-def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figure:
-    """Torque, creepage and creep force over time: torque control beside creep control."""
+def time_histories(
+    torque_run: Result, creep_run: Result, *, title: str, wheelset: Wheelset | None = None
+) -> Figure:
+    """Torque, creepage and creep force over time: torque control beside creep control.
+
+    The caption names the parameters of the wheelset, if it is given.
+    """
     rows = (
         ("drive_torque", 1e-3, "drive torque  [kN m]"),
         ("creepage", 100.0, "creepage  [%]"),
@@ -160,7 +175,8 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         for column, (heading, run) in enumerate(columns):
             for row, (name, scale, label) in enumerate(rows):
                 axes, rises = grid[row, column], run["falling_branch"] == 0.0
-                by_stability(axes, run.time, scale * run[name], rises, lw=1.6)
+                values = drawn_creepage(run) if name == "creepage" else run[name]
+                by_stability(axes, run.time, scale * values, rises, lw=1.6)
                 axes.set_ylabel(label)
                 event = run.first("peak_passed")
                 if event is not None:
@@ -178,7 +194,7 @@ def time_histories(torque_run: Result, creep_run: Result, *, title: str) -> Figu
         labelled(grid[1, 1], ylim=(0.0, None), legend={})
         lines = (("rising branch", paint.blue, "-"), ("falling branch", paint.orange, DASHED))
         handles = [Line2D([], [], color=color, ls=ls, label=label) for label, color, ls in lines]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        _key(figure, wheelset, handles=handles)
         figure.suptitle(title, x=0.01, ha="left")
     return figure
 
@@ -238,8 +254,21 @@ def fold_diagram(
             largest > 1.01 * smallest
         )
         axes.set_title(f"{title}: steady creepage at $V$ = {speed:.3g} m/s{runs}")
-        figure.legend(loc="outside lower center", ncols=2)
+        _key(figure, wheelset)
     return figure
+
+
+def _key(figure: Figure, wheelset: Wheelset | None, **handles: Any) -> None:
+    """Key to the lines below a figure, under a caption of a wheelset's parameters."""
+    caption = "" if wheelset is None else typeset(figure, setting(wheelset))
+    figure.legend(
+        loc="outside lower left" if caption else "outside lower center",
+        ncols=2,
+        title=caption,
+        title_fontsize=sized(9),
+        alignment="left" if caption else "center",
+        **handles,
+    )
 
 
 def _with_fold(zeta: FloatArray, fold: Fold) -> FloatArray:

@@ -17,7 +17,6 @@ from contactlib.figures.stability.phase import phase_figure
 from contactlib.figures.stability.s_curve import poles_figure, s_curve_figure
 from contactlib.figures.stability.slip_away import clearing_figure, slip_away_figure
 from contactlib.figures.stability.torsion import torsion_figure
-from contactlib.figures.style import add_caption, setting
 from contactlib.stability.poles import steady_rolling
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -32,13 +31,7 @@ class StabilityFigure(NamedTuple):
 
 
 def _creep_curve(wheelset: Wheelset, speed: float) -> Figure:
-    figure = creep_curve(wheelset, speed=speed)
-    add_caption(
-        figure,
-        "A constant torque holds the rising branch; on the falling branch a little more creepage "
-        f"means less force. {setting(wheelset, speed)}",
-    )
-    return figure
+    return creep_curve(wheelset, speed=speed)
 
 
 def _steady(draw: Callable[[Wheelset, float], Figure]) -> Callable[[Wheelset, float], Figure]:
