@@ -321,7 +321,13 @@ def _leaves(axes: Axes, run: _Drawn, beyond: Any, text: str) -> None:
     first = run.at[beyond.argmax()]
     early = first < 0.5 * (run.at.min() + run.at.max())
     side, offset = ("left", (6, -4)) if early else ("right", (-6, -4))
-    look = {"xycoords": ("data", "axes fraction"), "ha": side, "va": "top", "fontsize": sized(9)}
+    look: dict[str, Any] = {
+        "xycoords": ("data", "axes fraction"),
+        "ha": side,
+        "va": "top",
+        "fontsize": sized(9),
+    }
+    look["bbox"] = {"facecolor": paint.paper, "edgecolor": "none", "pad": 1.0}
     note(axes, text, (first, 1.0), offset, **look)
 
 
@@ -382,8 +388,9 @@ def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str) -> None:
     if len(factors) > 1:
         for label, dashes, _ in factors:
             handles.append(Line2D([], [], color=paint.ink, ls=dashes, lw=1.2, label=label))
-    longest = max(len(handle.get_label()) for handle in handles)
-    columns = line_length(figure, 12.0) // (longest + 6)
+    sizes = [len(handle.get_label()) + 6 for handle in handles]
+    width = line_length(figure, 12.0)
+    columns = len(handles) if sum(sizes) <= width else width // max(sizes)
     figure.legend(
         handles=handles,
         loc="outside lower left",

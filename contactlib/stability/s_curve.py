@@ -75,7 +75,7 @@ def steady_states(
     side = -1.0 if drive_torque < 0.0 else 1.0
     try:
         grip = curve.grip(drive_torque)  # of a small torque it lies on the other side of zero
-    except ValueError:  # above the peak there is none
+    except ValueError:  # the torque is above the peak
         grip = 0.0
     ahead = side * states.creepage >= min(0.0, side * grip)
     order = np.flatnonzero(ahead)[:: int(side)]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import figure_checks as checks
 import numpy as np
@@ -306,8 +307,8 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         wheelset.element.friction,
         wheelset.element.contact,
     )
-    of_body = {"mass": None, "inertia": 251.0, "damping": 6.0}
-    of_element = {
+    of_body: dict[str, Any] = {"mass": None, "inertia": 251.0, "damping": 6.0}
+    of_element: dict[str, Any] = {
         "layer_compliance": 2e-13,
         "wheels": 4,
         "memory": True,
@@ -316,15 +317,25 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         "radius": 0.46,
         "slope_reduction": 0.5,
     }
-    of_friction = {
+    of_friction: dict[str, Any] = {
         "static": 0.46,
         "kinetic": 0.2,
         "weakening_length": 1e-6,
         "slip_rate_decay": 0.5,
         "softening_temperature": 600.0,
     }
-    of_contact = {"normal_load": 9e4, "radius_y": 0.4, "poisson_ratio": 0.28, "theory": "strips"}
-    of_resistance = {"constant": 1e3, "linear": 50.0, "quadratic": 2.0, "grade": -0.01}
+    of_contact: dict[str, Any] = {
+        "normal_load": 9e4,
+        "radius_y": 0.4,
+        "poisson_ratio": 0.28,
+        "theory": "strips",
+    }
+    of_resistance: dict[str, Any] = {
+        "constant": 1e3,
+        "linear": 50.0,
+        "quadratic": 2.0,
+        "grade": -0.01,
+    }
     others = {name: replace(element, **{name: value}) for name, value in of_element.items()}
     for name, value in of_friction.items():
         others[name] = replace(element, friction=replace(friction, **{name: value}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import control
 import figure_checks as checks
@@ -376,8 +377,10 @@ def test_a_missing_fold_names_what_flattens_the_curve(
     changes: dict[str, float], remedy: str
 ) -> None:
     body = cl.load_model("roller_rig.toml").wheelset
-    of_body = {name: value for name, value in changes.items() if name == "damping"}
-    of_element = {name: value for name, value in changes.items() if name != "damping"}
+    of_body: dict[str, Any] = {name: value for name, value in changes.items() if name == "damping"}
+    of_element: dict[str, Any] = {
+        name: value for name, value in changes.items() if name != "damping"
+    }
     flat = replace(body, element=replace(body.element, **of_element), **of_body)
     with pytest.raises(ValueError, match=f"no fold; it needs {remedy}"):
         cl.find_fold(flat, speed=V)
