@@ -5,11 +5,12 @@ import { clearing } from "../physics/clearing";
 import { Plant, type Point } from "../physics/plant";
 import type { RunEvent } from "../physics/recorder";
 import { type Control, Run, SAMPLE } from "../physics/run";
+import { isStable } from "../physics/stability";
 import type { View } from "./chart";
 import { find, toast, write } from "./elements";
 import { digits, percent } from "./format";
 import { clearingText, numbers, showNumbers, startText, stopText, warnings } from "./numbers";
-import { type Moment, type Picture, picture } from "./picture";
+import { axes, type Moment, type Picture, picture, type Reach, TRAILED } from "./picture";
 
 const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
@@ -61,6 +62,7 @@ export class App {
   private since = 0; // simulated time at which the step began [s]
   private before: Settings | null = null; // the visitor's, before the story
   private rests: Point[] = [];
+  private reach: Reach = { border: 0, upper: 0, wheel: 0 };
   private stale = true; // the charts are out of date
   private unshown = true; // the charts do not have the curves yet
   private last = 0; // time of the last frame [ms]
@@ -296,9 +298,24 @@ export class App {
     return this.run.motion.patch?.friction ?? this.settings.patch.friction;
   }
 
+  /** Let the axes follow the border of grip, the upper state and the wheel. */
+  private lookAround(): void {
+    const { run, rests, shown } = this, since = run.now.time - TRAILED * LOOK_BACK * this.settings.playback;
+    const wheel = run.history.window(since).creepage.reduce((a, b) => Math.max(a, b), run.now.creepage);
+    const { border, upper } = run.motion.onPatch ? this.reach : { // which are soon those of before
+      border: rests.find((state) => !isStable(state))?.creepage ?? 0,
+      upper: rests.at(-1)?.creepage ?? 0,
+    };
+    this.reach = { border, upper, wheel };
+    const next = axes(shown.base, this.reach), { far, horizon, highest } = shown.axes;
+    if (next.far === far && next.horizon === horizon && next.highest === highest) return;
+    this.show(this.newPicture(run.now.speed));
+    if (next.far !== far) this.stage.changed();
+  }
+
   private newPicture(speed: number): Picture {
     const { vehicle, normalLoad } = this.settings;
-    return picture(new Plant(vehicle, normalLoad), speed, this.wetFriction);
+    return picture(new Plant(vehicle, normalLoad), speed, this.wetFriction, this.reach);
   }
 
   private draw(now: number): void {
@@ -307,13 +324,14 @@ export class App {
     const often = now - this.looked > OFTEN, late = now - this.lookedSeldom > SELDOM;
     const moved = Math.abs(run.now.speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
-    if (other || (moved && often)) this.show(this.newPicture(run.now.speed));
-    if (this.unshown) for (const view of stage.views) view.show(this.shown);
-    this.unshown = false;
     if (often) {
       this.looked = now;
       this.rests = this.shown.plant.steady(run.now.drive_torque, run.now.speed, run.now.friction);
+      this.lookAround();
     }
+    if (other || (moved && often)) this.show(this.newPicture(run.now.speed));
+    if (this.unshown) for (const view of stage.views) view.show(this.shown);
+    this.unshown = false;
     const moment: Moment = {
       run, control: this.control, shown: this.shown, rests: this.rests,
       span: LOOK_BACK * this.settings.playback,

@@ -17,9 +17,9 @@ export class CreepCurve extends View {
     });
   }
 
-  override show({ dry, wet, largest, far }: Picture): void {
-    const curves = [...byStability(dry.force, dry.pole), wet?.force ?? dry.force.map(() => NaN)];
-    this.chart.show([dry.creepage, ...curves], [0, far], [0, 1.25 * largest.force]);
+  override show({ dry, wet, largest, base }: Picture): void {
+    const curves = [...byStability(dry.force, dry), wet?.force ?? dry.force.map(() => NaN)];
+    this.chart.show([dry.creepage, ...curves], [0, base], [0, 1.25 * largest.force]);
   }
 
   describe({ run, shown }: Moment): string {
@@ -37,12 +37,12 @@ export class CreepCurve extends View {
         pen.label(`peak ${percent(peak)}`, peak, shown.largest.force, 0, -13, "ink", "center");
       }
       if (shown.wet !== null) {
-        pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, shown.far,
-          shown.wet.force.at(-1)!, -4, -11, "wet-ink", "right");
+        pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, shown.base,
+          shown.wet.force[shown.wet.creepage.filter((zeta) => zeta <= shown.base).length - 1]!, -4, -11, "wet-ink", "right");
       }
       if (control.mode === "creep") {
         pen.rule("across", control.creepage, "torque", 1.5, [5, 4]);
-        if (control.creepage < 0.8 * shown.far) {
+        if (control.creepage < 0.8 * shown.base) {
           pen.words("reference", pen.across(control.creepage) + 5, pen.height - 12, "torque");
         }
       }
@@ -52,7 +52,7 @@ export class CreepCurve extends View {
       const balancing = creep_force + creepage_rate / (plant.gain(speed) * plant.vehicle.radius);
       pen.rule("up", balancing, "torque", 1.5);
       pen.words("drive", pen.width - 5, pen.up(balancing) - 10, "torque", "right", true);
-      if (creepage <= shown.far) { // else the wheel's mark at the edge needs the room
+      if (creepage <= shown.base) { // else the wheel's mark at the edge needs the room
         pen.words("sliding f_d P", pen.width - 4, pen.up(sliding) + 11, "soft", "right");
       }
       pen.wheel(creepage, creep_force, "ink", percent(creepage));

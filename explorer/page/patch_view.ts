@@ -37,7 +37,8 @@ function viridis(value: number): number {
 export class PatchView extends View {
   private readonly picture = document.createElement("canvas");
   private boundary = 1; // between slip and stick, over the semi-width
-  private layered = false;
+  private strips: Strip[] = [];
+  private solved = ""; // what these are for
 
   constructor(place: HTMLElement, private readonly above: HTMLCanvasElement) {
     super(place, {
@@ -52,7 +53,6 @@ export class PatchView extends View {
   }
 
   describe(_moment: Moment): string {
-    if (this.layered) return "The traction along the contact is not drawn with a layer.";
     const part = 50 * (1 - this.boundary);
     return part < 0.1 ? "The whole contact slips."
       : `Shear traction along the contact: ${digits(part, 2)} % of its length stick, at the leading edge.`;
@@ -60,21 +60,17 @@ export class PatchView extends View {
 
   draw({ run, shown }: Moment): void {
     const { plant } = shown;
-    this.layered = plant.vehicle.layer_compliance > 0; // the picture is of clean bodies
-    if (this.layered) {
-      this.chart.show([[-1, 1], [null, null], [null, null]], [-1.08, 1.08], [0, MAX_TRACTION]);
-      this.chart.draw((pen) =>
-        pen.words("not drawn with a layer", 0.5 * pen.width, 10, "soft", "center", true));
-      emptied(this.above, this.above.clientWidth, this.above.clientHeight);
-      return;
-    }
     const contact = plant.force(run.now.creepage, run.now.speed, run.now.friction);
-    const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), k = contact.k_hat;
-    const strips = stripsOf(plant.vehicle.contact, x, k, STRIPS, POINTS);
-    const middle = strips[strips.length >> 1]!;
+    const x = Math.max(Math.abs(contact.normalized_creepage), 1e-9), shape = plant.vehicle.contact;
+    const [size, k, layer] = [x, contact.k_hat, plant.scales(run.now.friction).layer_ratio].map((value) =>
+      Number(value.toPrecision(4))) as [number, number, number]; // a change that can be seen
+    const key = [shape, size, k, layer].join();
+    if (key !== this.solved) this.strips = stripsOf(shape, size, k, STRIPS, POINTS, layer);
+    this.solved = key;
+    const middle = this.strips[this.strips.length >> 1]!;
     this.boundary = middle.stick_boundary;
     this.profile(middle);
-    this.fromAbove(strips, shown);
+    this.fromAbove(this.strips, shown);
   }
 
   private profile({ position, shear_traction, stick_boundary }: Strip): void {

@@ -5,7 +5,7 @@ import { isStable } from "../physics/stability";
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { type Pen, trail } from "./pen";
-import type { Moment, Picture } from "./picture";
+import { type Moment, type Picture, TRAILED } from "./picture";
 
 const ARROWS = 13; // along the axis
 
@@ -20,11 +20,11 @@ export class PhasePortrait extends View {
     });
   }
 
-  override show({ plant, speed, largest: { torque }, wet, far }: Picture): void {
+  override show({ plant, speed, largest: { torque }, wet, axes: { horizon } }: Picture): void {
     const perTorque = plant.gain(speed), reach = perTorque * torque;
     const left = torque - (wet?.torque.at(-1) ?? torque); // more than the wet rail takes
     const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
-    this.chart.show([[0, 1]], [0, far], [-0.11 * reach, top]);
+    this.chart.show([[0, 1]], [0, horizon], [-0.11 * reach, top]);
   }
 
   describe({ run, rests }: Moment): string {
@@ -48,7 +48,7 @@ export class PhasePortrait extends View {
       }
       pen.rule("up", 0, "soft", 1.2);
       this.flow(pen, moment, curves);
-      const past = trail(run.history, "creepage", "creepage_rate", run.now.time - 0.4 * span);
+      const past = trail(run.history, "creepage", "creepage_rate", run.now.time - TRAILED * span);
       pen.line(past, "trail", 1.4);
       const { mode, delay } = moment.control;
       if (mode === "torque") this.rests(pen, moment);
@@ -70,22 +70,23 @@ export class PhasePortrait extends View {
       pen.line(part, falls(i) ? "stable" : "unstable", 2.4, falls(i) ? [] : [8, 4]);
       from = i;
     }
-    const apart = Math.round(flow.length / ARROWS);
-    for (let i = apart >> 1; i < flow.length; i += apart) {
-      const [zeta, rate] = flow[i]!, way = Math.sign(rate) as -1 | 0 | 1;
+    for (let arrow = 0.5; arrow < ARROWS; arrow++) {
+      const zeta = (arrow / ARROWS) * shown.axes.horizon;
+      const way = Math.sign(flow.find(([at]) => at >= zeta)?.[1] ?? 0) as -1 | 0 | 1;
       if (way !== 0) pen.head(zeta, 0, way, "soft", 4.5);
     }
   }
 
-  private rests(pen: Pen, { run, rests, shown }: Moment): void {
+  private rests(pen: Pen, { rests, shown }: Moment): void {
     let last = -Infinity;
     for (const state of rests) {
       const { creepage } = state, stable = isStable(state);
-      if (creepage > shown.far) continue;
+      if (creepage > shown.axes.horizon) continue;
       pen.dot(creepage, 0, stable ? "stable" : "unstable", !stable);
-      if (run.now.creepage > shown.far) continue; // the wheel's mark at the edge needs the room
       const at = pen.across(creepage), near = at - last < 120;
-      const [name, dx, align] = stable ? ["grip", 16, "right"] as const : ["border", -16, "left"] as const;
+      if (at - last < 8) continue; // one mark on the other
+      const grip = creepage > shown.axes.far ? "slips at" : "grip";
+      const [name, dx, align] = stable ? [grip, 16, "right"] as const : ["border", -16, "left"] as const;
       pen.label(`${name} ${percent(creepage)}`, creepage, 0, dx, near ? 36 : 20, "ink", align);
       last = at;
     }

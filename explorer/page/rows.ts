@@ -129,7 +129,7 @@ export function makeRows(app: App): Rows {
 
 /** Ends of the sliders that follow the vehicle: of torque, load, reference and kick. */
 export function spanRows(rows: Rows, app: App): void {
-  const { largest: { torque: largest }, far } = app.shown, { vehicle } = app.settings;
+  const { largest: { torque: largest }, axes: { far } } = app.shown, { vehicle } = app.settings;
   const ends: Record<string, [number, number]> = {
     torque: [0.5 * largest, 1.1 * largest],
     reference: [0, far],

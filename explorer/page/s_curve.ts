@@ -3,7 +3,7 @@
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { trail } from "./pen";
-import { byStability, type Moment, MAX_CREEPAGE, type Picture } from "./picture";
+import { byStability, type Moment, type Picture } from "./picture";
 
 const FINGER = 32; // distance at which a finger takes hold of the handle [px]
 
@@ -41,10 +41,10 @@ export class SteadyStates extends View {
     }
   }
 
-  override show({ states, fold, largest: { torque }, ends: [lowest] }: Picture): void {
+  override show({ states, fold, largest: { torque }, ends: [lowest], axes: { highest } }: Picture): void {
     const back = fold?.return_torque ?? 0.75 * torque;
     const low = Math.min(0.84 * torque, back - 0.4 * (torque - back));
-    this.chart.show([states.creepage, ...byStability(states.torque, states.pole)], [lowest, MAX_CREEPAGE],
+    this.chart.show([states.creepage, ...byStability(states.torque, states)], [lowest, highest],
       [Math.max(0, low), torque + 0.2 * (torque - low)]);
   }
 
@@ -70,7 +70,7 @@ export class SteadyStates extends View {
         pen.dot(fold.drive_torque, fold.creepage, "ink", false, 3.5);
         const text = `fold ${digits(1e-3 * fold.drive_torque, 4)} kN m`;
         pen.label(text, fold.drive_torque, fold.creepage, 9, 18, "ink");
-        if (fold.return_creepage < MAX_CREEPAGE) {
+        if (fold.return_creepage < shown.axes.highest) {
           pen.dot(fold.return_torque, fold.return_creepage, "ink", false, 3.5);
           pen.label("return", fold.return_torque, fold.return_creepage, -9, -4, "ink", "right");
         }

@@ -86,7 +86,7 @@ function ramp(app: App, part: number, rate: number): void {
 
 function border(app: App): number {
   const states = app.shown.plant.steady(app.control.drive_torque, app.run.now.speed);
-  return states.find((state) => !isStable(state))?.creepage ?? app.shown.far;
+  return states.find((state) => !isStable(state))?.creepage ?? app.shown.axes.far;
 }
 
 function patchStory(app: App, part: number): void {

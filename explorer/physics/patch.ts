@@ -6,6 +6,7 @@
  * nearly equal numbers.
  */
 import { type Contact, kernel } from "../kernel/kernel";
+import { layeredState } from "./layer_patch";
 
 /** Traction along a line contact or a strip of an ellipse, from trailing to leading edge. */
 export interface Strip {
@@ -15,17 +16,24 @@ export interface Strip {
   stick_boundary: number; // c/a: the contact sticks from there to the leading edge, if at all
 }
 
+const THINNEST = 1e-3; // lam of a layer that makes a difference to the picture [1]
+const LEAST = 1e-6; // creepage over zeta0 that a layer has a picture of [1]
 const NEAREST = 1e-4; // least distance to the stick boundary, where the traction is infinite, over the zone
 
 /**
  * A line contact as one strip, or the strips of an ellipse over eta from -1 to 1, the first and the
- * last of no width. Each has an even number of points; creepages below zero brake.
+ * last of no width. Each has an even number of points, or with a layer some more; creepages below zero
+ * brake.
  */
 export function stripsOf(
-  contact: Contact, normalizedCreepage: number, kHat: number, strips: number, points: number,
+  contact: Contact, normalizedCreepage: number, kHat: number, strips: number, points: number, layerRatio = 0,
 ): Strip[] {
-  const solved = (eta: number, width: number): Strip =>
-    ({ eta, ...strip(normalizedCreepage, kHat, width, points) });
+  const solved = (eta: number, width: number): Strip => ({
+    eta,
+    ...(layerRatio > THINNEST && width > 0
+      ? layeredStrip(normalizedCreepage, kHat, width, points, layerRatio)
+      : strip(normalizedCreepage, kHat, width, points)),
+  });
   if (contact === "line") return [solved(0, 1)];
   const found = new Array<Strip>(strips);
   for (let i = 0, j = strips - 1; i <= j; i++, j--) {
@@ -69,4 +77,23 @@ function strip(x: number, kHat: number, w: number, points: number): Omit<Strip, 
     traction[half + i] = sign * Math.sqrt(lead) * (bounded + singular / Math.sqrt(from));
   }
   return { position, shear_traction: traction, stick_boundary: boundary };
+}
+
+/** Strip of the half-width w a with a layer, whose compliance is lam times that of the bodies. */
+function layeredStrip(x: number, kHat: number, w: number, points: number, lam: number): Omit<Strip, "eta"> {
+  const size = Math.abs(x) / w, half = points >> 1;
+  const { boundary, position, traction } = size > LEAST ? layeredState(size, kHat / w, lam / w)
+    : { boundary: -1, position: [-1, 1], traction: [0, 0] };
+  // Behind the boundary it slips, denser at either end.
+  const slip = Array.from({ length: half }, (_, i) => {
+    const part = i / (half - 1);
+    return -1 + (boundary + 1) * part * part * (3 - 2 * part);
+  });
+  const slides = slip.map((at) => Math.sqrt((1 - at) * (1 + at)));
+  const scaled = (values: number[], by: number): Float64Array => Float64Array.from(values, (value) => by * value);
+  return {
+    position: scaled([...slip, ...position], w),
+    shear_traction: scaled([...slides, ...traction], w * Math.sign(x)),
+    stick_boundary: w * boundary,
+  };
 }

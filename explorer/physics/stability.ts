@@ -2,8 +2,9 @@
 import { SAMPLE } from "./control";
 import type { Point } from "./plant";
 
-/** Whether a state holds under a constant torque. */
-export const isStable = ({ pole }: Point): boolean => pole < 0;
+/** Whether a constant torque holds a state at its speed. The pole of a free vehicle also contains how
+ * slowly it gains speed. */
+export const isStable = ({ slope }: Pick<Point, "slope">): boolean => slope > 0;
 
 /**
  * The loop of y = g/(s - p) u and u = -K y, where y is sampled and used n samples later, for a pole p

@@ -315,6 +315,64 @@ def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor) -> No
     assert visitor.opened.call(RANDOM_WHEELS, 12) == []
 
 
+LAYERED = """
+name = "A wheel on a soft layer"
+source = "chosen"
+[contact]
+semi_axis_x = 6e-3
+semi_axis_y = 5e-3
+normal_load = 100e3
+youngs_modulus = 210e9
+poisson_ratio = 0.28
+[friction]
+static = 0.33
+kinetic = 0.25
+weakening_length = 5e-6
+[wheelset]
+radius = 0.45
+layer_compliance = 1e-13
+inertia = 120.0
+wheels = 1
+damping = 0.06
+[run]
+initial_speed = 10.0
+"""
+
+
+@pytest.mark.filterwarnings("ignore:process zone")
+@pytest.mark.parametrize("mass", [None, 150e3])
+def test_axes_follow_the_border_the_upper_state_and_the_wheel(
+    visitor: Visitor, tmp_path: Path, mass: float | None
+) -> None:
+    text = LAYERED if mass is None else LAYERED.replace("[run]", f"mass = {mass}\n[run]")
+    file = tmp_path / "layered.toml"
+    file.write_text(text)
+    wheelset = cl.load_model(str(file)).wheelset
+    visitor.page.set_input_files("#model-file", file)
+    visitor.page.get_by_text("layered.toml: A wheel on a soft layer").wait_for()
+    fold = fold_of(wheelset)
+    for part in (0.02, 0.6, 0.9):  # between return and fold
+        torque = fold.return_torque + part * (fold.drive_torque - fold.return_torque)
+        states = stability.steady_states(wheelset, drive_torque=torque, speed=SPEED)
+        _, border, upper = found = states.creepage[-3:]  # of traction
+        begin_at(visitor, torque)
+        visitor.look()
+        axes = visitor.state("shown.axes")
+        assert 1.2 * border <= axes["far"] <= axes["horizon"]
+        assert axes["highest"] >= max(10.0, upper)
+        rests = visitor.state("rests")
+        assert [rest["creepage"] for rest in rests] == pytest.approx(found, rel=1e-6)
+        assert [rest["slope"] > 0.0 for rest in rests] == states.stable[-3:].tolist()
+        label = visitor.page.locator("#patch [aria-label]").first.get_attribute("aria-label")
+        assert "of its length stick" in str(label)
+        visitor.enter(kick_size=100.0 * (axes["far"] + border))
+        visitor.press("Kick the wheel")
+        visitor.look()
+        assert visitor.state("run.now.creepage") > border
+        assert visitor.state("run.now.creepage") < visitor.state("shown.axes.horizon")
+        assert visitor.state("shown.axes.far") == axes["far"]  # which the wheel does not move
+
+
 @pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])
 def test_a_long_process_zone_is_warned_of(
     visitor: Visitor, rig: cl.Model, ratio: float, warned: bool

@@ -252,11 +252,11 @@ def test_no_clearing_where_good_friction_does_not_hold(page: ExplorerPage, rig: 
 # ---- traction along the contact -------------------------------------------------------------
 
 POINTS = 40
-PATCHES = """async (contact, creepages, kHat, points) => {
+PATCHES = """async (contact, creepages, kHat, points, layer) => {
   await contactlib.ready;
   const names = ["eta", "position", "shear_traction", "stick_boundary"];
   return creepages.map((x) => {
-    const strips = contactlib.patch.stripsOf(contact, x, kHat, 31, points);
+    const strips = contactlib.patch.stripsOf(contact, x, kHat, 31, points, layer);
     return names.map((name) => strips.map(({ [name]: found }) =>
       typeof found === "number" ? found : [...found]));
   });
@@ -288,6 +288,29 @@ def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_ha
         allowed = 1e-10 + 1e-15 * np.abs(traction) / np.maximum(away, 1e-300)
         assert np.all(np.abs(traction - expected)[clear] <= allowed[clear])
         assert np.mean(clear) > 0.4
+
+
+@pytest.mark.parametrize("contact", ["line", "elliptic"])
+@pytest.mark.parametrize(("k_hat", "layer"), [(0.0, 0.05), (0.17, 0.9), (1.0, 0.3), (0.3, 8.0)])
+def test_a_layer_s_traction_is_that_of_the_law(
+    page: ExplorerPage, contact: Any, k_hat: float, layer: float
+) -> None:
+    law = cl.CarterGriffith(k_hat=k_hat, contact=contact, layer_ratio=layer)
+    creepages = [0.0, 0.01, 0.2, 0.8, 2.0, 30.0, -0.7]
+    for x, found in zip(
+        creepages, page.call(PATCHES, contact, creepages, k_hat, POINTS, layer), strict=True
+    ):
+        strips = list(zip(*found, strict=True))
+        for eta, *parts, boundary in strips[len(strips) // 2 :: 10]:
+            position, traction = map(np.array, parts)
+            if x == 0.0:
+                assert np.all(traction == 0.0)
+                continue
+            assert boundary == pytest.approx(float(law.stick_boundary(abs(x), eta)), abs=0.01)
+            expected = np.sign(x) * law.shear_traction(position, abs(x), eta)
+            off = np.where(position == boundary, 0.0, np.abs(traction - expected))  # where it jumps
+            assert np.quantile(off, 0.9) < 0.02
+            assert np.sum(0.5 * (off[1:] + off[:-1]) * np.diff(position)) < 0.01
 
 
 # ---- refusals -------------------------------------------------------------------------------
