@@ -12,7 +12,7 @@ import { digits, percent } from "./format";
 import { clearingText, numbers, showNumbers, startText, stopText, warnings } from "./numbers";
 import { axes, type Moment, type Picture, picture, type Reach, TRAILED } from "./picture";
 
-const WELCOME = "Drag the torque up slowly, past the fold, or choose an experiment.";
+const WELCOME = "Press Play and drag the torque up slowly, past the fold, or choose an experiment.";
 const LOOK_BACK = 8; // visitor's time that the charts show [s]
 const ROWS = 1500; // rows of the history in that time
 const LONGEST_FRAME = 0.05; // of the visitor's time: a page that was hidden does not catch up [s]
@@ -52,7 +52,8 @@ const showText = (text: string): void => write(find("story"), text || WELCOME);
 export class App {
   readonly run: Run;
   shown: Picture;
-  playing = true;
+  /** Whether the run goes on; it begins when the visitor starts it. */
+  playing = false;
   /** What a kick adds to the creepage [1]. */
   kickSize = 0.01;
 
@@ -117,6 +118,7 @@ export class App {
   /** Begin again at rest, with the settings as they are. */
   restart(): void {
     const { vehicle, normalLoad, speed } = this.settings;
+    this.reach = { border: 0, upper: 0, wheel: 0 };
     const next = this.newPicture(speed);
     try {
       this.run.start(vehicle, normalLoad, speed);
@@ -127,7 +129,6 @@ export class App {
       this.run.start(vehicle, normalLoad, speed);
       toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
     }
-    this.playing = true;
     this.show(next);
     this.stage.changed();
   }
@@ -186,6 +187,7 @@ export class App {
     if (why === null) {
       this.before = before;
       this.story = story;
+      this.playing = true;
       this.beginStep(0);
     } else {
       if (another) this.restart(); // not in the state that the other story has led to

@@ -74,6 +74,7 @@ export function begin(): App {
   }));
   for (const { place } of views) place.setAttribute("role", "img");
   new ResizeObserver(() => app.redraw()).observe(find("charts"));
+  keepWhole(document.querySelector<HTMLElement>(".side")!);
   rows = makeRows(app);
   find("kick-rows").prepend(...rows.kick.map((row) => row.element));
   find("wet-rows").prepend(...rows.wet.map((row) => row.element));
@@ -94,6 +95,24 @@ export function begin(): App {
   };
   requestAnimationFrame(frame);
   return app;
+}
+
+/** End a column that scrolls above the first control that it would cut. */
+function keepWhole(side: HTMLElement): void {
+  const fit = (): void => {
+    side.style.maxHeight = "";
+    if (getComputedStyle(side).overflowY !== "auto") return;
+    const { top, bottom } = side.getBoundingClientRect(), scrolled = side.scrollTop;
+    const ends = Array.from(side.querySelectorAll(".row, .switch, .select, .transport, .rows > button, .note, h2"))
+      .map((control) => control.getBoundingClientRect())
+      .map((box) => ({ from: box.top + scrolled, to: box.bottom + scrolled }));
+    const cut = ends.filter(({ from, to }) => from < bottom && to > bottom).map(({ from }) => from);
+    if (cut.length > 0) side.style.maxHeight = `${Math.floor(Math.min(...cut) - top)}px`;
+  };
+  const observer = new ResizeObserver(fit);
+  for (const panel of side.children) observer.observe(panel);
+  observer.observe(document.documentElement);
+  observer.observe(find("charts"));
 }
 
 /** Begin with settings or, if they cannot run, with their preset. */

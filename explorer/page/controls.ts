@@ -4,7 +4,7 @@ import type { Limit } from "../files/declared";
 import { decimal } from "../files/reading";
 import { allows, limitText } from "../physics/limits";
 import { made } from "./elements";
-import { plain } from "./format";
+import { plain, rounded } from "./format";
 
 export interface RowSpec {
   id: string;
@@ -30,6 +30,7 @@ export class Row {
   private readonly field: HTMLInputElement;
   private readonly problem: HTMLElement;
   readonly element: HTMLElement;
+  private chosen = NaN; // value that a visitor has set, which is shown as it is
 
   get id(): string {
     return this.spec.id;
@@ -58,6 +59,11 @@ export class Row {
     this.field.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.settle(true);
     });
+    this.field.addEventListener("focus", () => {
+      if (this.refused) return;
+      this.field.value = plain(this.spec.read() / this.spec.scale); // all digits, to edit or replace
+      this.field.select();
+    });
     // What was refused stays with its problem, so that both can be read.
     this.field.addEventListener("blur", () => this.refused || this.show(true));
     this.show();
@@ -77,8 +83,8 @@ export class Row {
 
   /** Show the present value; `anyhow`: also in place of what was refused or is being typed. */
   show(anyhow = false): void {
-    const { spec } = this, value = spec.read();
-    const shown = plain(value / spec.scale);
+    const { spec } = this, value = spec.read(), here = value / spec.scale;
+    const shown = Math.abs(value - this.chosen) <= 1e-9 * Math.abs(value) ? plain(here) : rounded(here);
     const kept = this.refused || document.activeElement === this.field;
     if (anyhow || !kept) this.field.value = shown;
     const place = Math.min(Math.max(this.place(value), 0), 1);
@@ -122,6 +128,7 @@ export class Row {
       return false;
     }
     this.refuse("");
+    this.chosen = this.spec.read();
     return true;
   }
 

@@ -20,6 +20,11 @@ export function plain(value: number): string {
   return String(Number(value.toPrecision(5)));
 }
 
+/** The same with three digits, for a value that nobody has chosen. */
+export function rounded(value: number): string {
+  return String(Number(value.toPrecision(3)));
+}
+
 /** A creepage [1] in per cent. */
 export function percent(creepage: number, significant = 3): string {
   return `${digits(100 * creepage, significant)} %`;

@@ -57,7 +57,7 @@ export class TimeHistory extends View {
       this.wet(pen, time, rows.friction);
       if (at === undefined) return;
       pen.rule("up", at, "line", 1.2, [4, 4]);
-      pen.words(text, pen.width - 5, pen.up(at) - 9, "soft", "right");
+      pen.nameLine(text, at, "soft");
     });
     draw(this.creepage, "fold", fold?.creepage);
     draw(this.chart, `critical ${digits(1e-3 * critical, 4)}`, fold?.drive_torque);

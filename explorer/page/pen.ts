@@ -28,6 +28,13 @@ interface Text {
   width: number;
   ink: Colour;
   font: string;
+  ways?: Way[];
+}
+
+/** How a text may move [px]. */
+interface Way {
+  dx: number;
+  dy: number;
 }
 
 /** A part of a canvas: its centre and half its size [px]. */
@@ -54,6 +61,7 @@ export class Pen {
   private readonly taken: Box[] = [];
   private readonly columns: number; // of the map of lines
   private readonly lines: Uint8Array; // 1 where a line passes, row by row
+  private readonly beside: Way[]; // on which the name of a line may move
 
   constructor(
     readonly context: CanvasRenderingContext2D,
@@ -64,6 +72,8 @@ export class Pen {
   ) {
     this.columns = Math.ceil(width / CELL);
     this.lines = new Uint8Array(this.columns * Math.ceil(height / CELL));
+    this.beside = Array.from({ length: 2 * Math.ceil(width / 8) }, (_, i) =>
+      ({ dx: -8 * (i >> 1), dy: i % 2 === 0 ? 0 : 18 }));
     const [xs, ...curves] = plot.data;
     for (const ys of curves) { // texts keep off them
       this.mark(Array.from(xs, (value, i): Place => {
@@ -191,7 +201,7 @@ export class Pen {
 
   /** A handle at the upper end of a vertical line. */
   handle(value: number, ink: Colour): void {
-    const c = this.context, x = this.across(value), y = 11;
+    const c = this.context, x = Math.min(Math.max(this.across(value), 12), this.width - 12), y = 11;
     this.taken.push({ x, y, wide: 11, high: 8 });
     c.beginPath();
     c.roundRect(x - 11, y - 8, 22, 16, 6);
@@ -216,6 +226,12 @@ export class Pen {
     this.texts.push({ text, left, y, width, ink, font });
   }
 
+  /** Name of a horizontal line, which stays beside it: above or below, as far right as there is room. */
+  nameLine(text: string, y: number, ink: Colour): void {
+    this.words(text, this.width - 5, this.up(y) - 9, ink, "right");
+    this.texts.at(-1)!.ways = this.beside;
+  }
+
   /** Write all texts, with a rim of the card's colour that keeps them legible over lines. */
   write(): void {
     const c = this.context;
@@ -236,12 +252,12 @@ export class Pen {
   }
 
   /** The free place inside the chart that is nearest to where a text is meant to be. */
-  private placeOf({ left, y, width }: Text): Box | undefined {
+  private placeOf({ left, y, width, ways = WAYS }: Text): Box | undefined {
     const within = (at: number, size: number, room: number): number =>
       Math.min(Math.max(at, size), Math.max(size, room - size));
     const wide = 0.5 * width, x = within(left + wide, wide, this.width);
     const up = within(y, HIGH, this.height);
-    const way = WAYS.find(({ dx, dy }) => within(x + dx, wide, this.width) === x + dx &&
+    const way = ways.find(({ dx, dy }) => within(x + dx, wide, this.width) === x + dx &&
       within(up + dy, HIGH, this.height) === up + dy &&
       this.taken.every((other) => Math.abs(other.x - x - dx) >= other.wide + wide ||
         Math.abs(other.y - up - dy) >= other.high + HIGH) &&

@@ -125,6 +125,49 @@ def test_a_start_from_grip_is_reported(visitor: Visitor) -> None:
     assert visitor.state("run.stopped") is None
 
 
+def test_a_run_begins_when_it_is_started() -> None:
+    with explorer_page(clock_stands=True) as opened:
+        visitor = Visitor(opened)
+
+        def time() -> Any:
+            for _ in range(3):
+                visitor.wait(SELDOM)
+            return visitor.state("run.now.time")
+
+        assert time() == 0.0
+        visitor.choose("locomotive")
+        visitor.press("Reset")
+        visitor.enter(torque=20.0)
+        assert time() == 0.0
+        visitor.press("Play")
+        assert time() > 0.0
+        visitor.press("Reset")  # and goes on
+        assert time() > 0.0
+        visitor.press("Pause")
+        visitor.press("Reset")
+        assert time() == 0.0
+        visitor.press("Wet patch")
+        assert time() > 0.0
+
+
+def test_a_field_shows_three_digits_of_what_nobody_has_entered(visitor: Visitor) -> None:
+    visitor.choose("locomotive")
+    field = visitor.page.locator("#load-field")
+    assert field.input_value() == "221"
+    field.focus()
+    assert field.input_value() == "220.65"
+    field.blur()
+    assert field.input_value() == "221"
+    visitor.enter(load=200.12, speed=10.0)
+    visitor.page.locator("#speed-field").blur()
+    assert field.input_value() == "200.12"
+    visitor.simulate(1.0)
+    visitor.look()  # the time on the patch follows the speed
+    fields = visitor.page.locator("input[type=text]:visible")
+    shown = [fields.nth(i).input_value() for i in range(fields.count())]
+    assert all(len(text.replace(".", "").lstrip("-0")) <= 3 for text in shown if text != "200.12")
+
+
 def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) -> None:
     RIG.set_up(visitor)
     visitor.enter(torque=24.0)
@@ -135,7 +178,7 @@ def test_a_paused_page_shows_what_is_entered(visitor: Visitor, rig: cl.Model) ->
             visitor.wait(SELDOM)
         return visitor.numbers()
 
-    visitor.press("Pause")
+    visitor.look()
     assert shown()["drive torque T"] == "24.0 kN m"
     chart = visitor.call(PIXELS, "s-curve")
     visitor.enter(torque=26.0)
@@ -301,6 +344,7 @@ RANDOM_WHEELS = """async (count) => {
     app.control.drive_torque = most * (1 - 10 ** uniform(-6, -0.1));
     app.control.mode = uniform(0, 1) < 0.3 ? "creep" : "torque";
     app.restart();
+    if (!app.playing) app.play(true);
     if (i % 3 === 0) app.placePatch();
     app.advance(0.5);
     for (let k = 0; k < 3; k++) app.frame(app.last + 400);
@@ -371,6 +415,7 @@ def test_axes_follow_the_border_the_upper_state_and_the_wheel(
         assert visitor.state("run.now.creepage") > border
         assert visitor.state("run.now.creepage") < visitor.state("shown.axes.horizon")
         assert visitor.state("shown.axes.far") == axes["far"]  # which the wheel does not move
+    visitor.enter(kick_size=1.0)
 
 
 @pytest.mark.parametrize(("ratio", "warned"), [(2.1, False), (2.0, True)])
@@ -559,14 +604,15 @@ def test_a_live_region_names_what_happens(visitor: Visitor, rig: cl.Model) -> No
 def test_keys_do_what_the_help_lists(visitor: Visitor) -> None:
     RIG.set_up(visitor)
     visitor.wait()
+    visitor.look()
     visitor.page.mouse.click(2, 2)
 
     def pressed(key: str, name: str) -> Any:
         visitor.page.keyboard.press(key)
         return visitor.state(name)
 
-    assert not pressed(" ", "playing")
     assert pressed(" ", "playing")
+    assert not pressed(" ", "playing")
     before = visitor.state("run.now.creepage")
     kicked = pressed("k", "run.now.creepage") - before
     assert kicked == pytest.approx(visitor.state("kickSize"), rel=1e-9)
@@ -852,6 +898,12 @@ FLAWS = """() => {
     text.selectNodeContents(e);
     return text;
   }));
+  const side = document.querySelector(".side"), end = side.getBoundingClientRect().bottom;
+  const whole = getComputedStyle(side).overflowY === "auto" && side.scrollTop === 0;
+  for (const e of whole ? side.querySelectorAll("button, select, .row, .switch") : []) {
+    const { top, bottom } = e.getBoundingClientRect();
+    if (top < end - 0.5 && bottom > end + 0.5) found.push(`${name(e)}: cut at the bottom`);
+  }
   const room = innerWidth > 640 ? innerHeight : innerHeight - drive.offsetHeight;
   const { top, bottom } = document.getElementById("history").getBoundingClientRect();
   if (bottom - top > room) found.push(`history: ${bottom - top} px high, of ${room}`);
@@ -994,6 +1046,7 @@ def states_of(visitor: Visitor, model: str) -> Iterator[str]:
         ((390, 844), "locomotive"),
         ((768, 1024), "locomotive"),
         ((1280, 720), "locomotive"),
+        ((1280, 800), "roller_rig"),
         ((1440, 900), "roller_rig"),
     ],
 )
