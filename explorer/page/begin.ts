@@ -25,7 +25,7 @@ export function begin(): App {
   const curve = new SteadyStates(plot("s-curve"), (driveTorque, creepage) => {
     app.endStory();
     if (app.control.mode === "torque") app.control.drive_torque = driveTorque;
-    else app.control.creepage = Math.min(creepage, app.shown.axes.far);
+    else app.control.creepage = Math.min(creepage, app.shown.base);
     app.changed();
   });
   const views: View[] = [

@@ -2,7 +2,7 @@
 
 import { View } from "./chart";
 import { digits, percent } from "./format";
-import { byStability, type Moment, type Picture } from "./picture";
+import { byStability, type Moment, type Picture, POINTS } from "./picture";
 
 export class CreepCurve extends View {
   constructor(place: HTMLElement) {
@@ -38,7 +38,7 @@ export class CreepCurve extends View {
       }
       if (shown.wet !== null) {
         pen.label(`wet, friction \u00d7 ${digits(shown.wetFriction, 2)}`, shown.base,
-          shown.wet.force[shown.wet.creepage.filter((zeta) => zeta <= shown.base).length - 1]!, -4, -11, "wet-ink", "right");
+          shown.wet.force[POINTS - 1]!, -4, -11, "wet-ink", "right");
       }
       if (control.mode === "creep") {
         pen.rule("across", control.creepage, "torque", 1.5, [5, 4]);

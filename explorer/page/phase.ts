@@ -5,7 +5,7 @@ import { isStable } from "../physics/stability";
 import { View } from "./chart";
 import { digits, percent } from "./format";
 import { type Pen, trail } from "./pen";
-import { type Moment, type Picture, TRAILED } from "./picture";
+import { type Moment, type Picture, POINTS, TRAILED } from "./picture";
 
 const ARROWS = 13; // along the axis
 
@@ -22,7 +22,7 @@ export class PhasePortrait extends View {
 
   override show({ plant, speed, largest: { torque }, wet, axes: { horizon } }: Picture): void {
     const perTorque = plant.gain(speed), reach = perTorque * torque;
-    const left = torque - (wet?.torque.at(-1) ?? torque); // more than the wet rail takes
+    const left = torque - (wet?.torque[POINTS - 1] ?? torque); // more than the wet rail takes
     const top = Math.max(0.17 * reach, this.wet ? 1.1 * perTorque * left : 0);
     this.chart.show([[0, 1]], [0, horizon], [-0.11 * reach, top]);
   }

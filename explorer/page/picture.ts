@@ -48,9 +48,10 @@ export interface Moment {
 /** Part of the span that the wheel's trail lasts in the phase portrait. */
 export const TRAILED = 0.4;
 
-const POINTS = 260;
-const STATES = 300; // of the S-curve
+/** Points of a curve from zero to `base`; others go on to the horizon. */
+export const POINTS = 260;
 
+const STATES = 300; // of the S-curve
 const MAX_CREEPAGE = 10; // that the S-curve ends at, if nothing is beyond [1]
 
 /** Curves of a plant at one speed, on good friction and, if it differs, on that of a patch. */
@@ -67,7 +68,7 @@ export function picture(plant: Plant, speed: number, wetFriction: number, reach:
   const creepage = Float64Array.of(...even, ...beyond);
   const dry = plant.curves(creepage, speed);
   const wet = wetFriction === 1 ? null : plant.curves(creepage, speed, wetFriction);
-  const largest = { torque: fold?.drive_torque ?? Math.max(...dry.torque), force };
+  const largest = { torque: fold?.drive_torque ?? Math.max(...dry.torque.subarray(0, POINTS)), force };
   const peak = Math.min(strongest, far), scale = fold?.creepage ?? saturation;
   const gripping: [number, number] = [1 / roundUp(5 / scale), roundUp(5 * scale)];
   const marks = [fold?.creepage, fold?.return_creepage].filter((at) => at !== undefined && at < highest);
@@ -90,10 +91,9 @@ export function axes(base: number, { border, upper, wheel }: Reach): Axes {
 
 /** The smallest of 1, 2, 5, 10, ... times a length that is not below a value. */
 function stretched(length: number, value: number): number {
-  for (let power = 1; ; power *= 10) {
-    const times = [1, 2, 5].find((step) => step * power * length >= value);
-    if (times !== undefined) return times * power * length;
-  }
+  let end = length;
+  for (let i = 0; end < value; i++) end *= [2, 2.5, 2][i % 3]!;
+  return end;
 }
 
 /** The smallest of 1 and 3 times powers of ten that is not below a number. */

@@ -129,10 +129,10 @@ export function makeRows(app: App): Rows {
 
 /** Ends of the sliders that follow the vehicle: of torque, load, reference and kick. */
 export function spanRows(rows: Rows, app: App): void {
-  const { largest: { torque: largest }, axes: { far } } = app.shown, { vehicle } = app.settings;
+  const { largest: { torque: largest }, base, axes: { far } } = app.shown, { vehicle } = app.settings;
   const ends: Record<string, [number, number]> = {
     torque: [0.5 * largest, 1.1 * largest],
-    reference: [0, far],
+    reference: [0, base], // which does not move under a finger
     "kick-size": [-0.25 * far, 0.75 * far],
     load: [0.1 * vehicle.normal_load, 1.8 * vehicle.normal_load],
   };
