@@ -40,8 +40,9 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.laws.contact_law import Peak
-from contactlib.laws.data_doubts import FEW, carter_scale, doubts_of
+from contactlib.laws.data_doubts import doubts_of
 from contactlib.laws.traction_data import TractionData
+from contactlib.laws.zero_offset import FEW, carter_scale
 
 CELLS = Limits(at_least=2, at_most=128)
 SMOOTHING = Limits(above=0.0, at_most=1e9)

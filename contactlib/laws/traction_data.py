@@ -32,8 +32,8 @@ from contactlib.base.quantities import (
 from contactlib.base.text import harmless_line, known_names
 from contactlib.base.units import unit_value
 from contactlib.base.writing import read_small
-from contactlib.laws.data_doubts import zero_offset
 from contactlib.laws.hertz import NORMAL_LOAD
+from contactlib.laws.zero_offset import zero_offset
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
 COLUMNS = tuple(SI)

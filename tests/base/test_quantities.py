@@ -95,7 +95,7 @@ def texts(*, unit: str | None = None, flag: bool | None = None, path: str | Path
 
 
 def test_only_a_text_alone_is_a_text() -> None:
-    """Whatever types numpy counts among arrays, and a path is none either."""
+    """Neither a path nor what numpy counts among arrays."""
     assert not declared(arrays)
     assert {name: one.choices for name, one in declared(texts).items()} == {
         "unit": (),
