@@ -175,7 +175,7 @@ def outlook(scenario: Scenario) -> list[str]:
     for speed in speeds:
         rates[speed] = [drivetrain.torsional_frequency if vibrates else 0.0]
         for sample_time in sample_times(scenario):
-            for friction, slope in sorted({scenario.track.lowest, scenario.track.highest}):
+            for friction, slope in sorted({scenario.rails.lowest, scenario.rails.highest}):
                 line, pole = _verdict(scenario, speed, sample_time, friction, slope)
                 lines.append(line)
                 rates[speed].append(pole)

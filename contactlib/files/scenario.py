@@ -11,6 +11,7 @@ import os
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -33,7 +34,7 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Keys, arguments, optional, without
-from contactlib.files.track_map import TrackMap, with_track_map
+from contactlib.files.track_map import track_of, with_track_map
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.traction import CONTROLLERS, Sensors, TractionController
 from contactlib.traction.interface import Controller, checked_controller
@@ -246,6 +247,11 @@ class Scenario(Parameters):
         object.__setattr__(self, "controllers", ReadOnly(self.controllers))
         object.__setattr__(self, "_designed", ReadOnly(designed))
 
+    @cached_property
+    def rails(self) -> Track:
+        """The track in factors on the vehicle's friction."""
+        return self.track.in_factors(self.drivetrain.wheelset.element.friction.kinetic)
+
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""
         between = {
@@ -325,7 +331,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "axle": Axle,
     "motor": Motor,
     "brake": Brake,
-    "track": Track.from_breakpoints,
+    "track": track_of,
     "wheel_load": WheelLoad,
     "held_speed": speed_over_time,
     "sensors": Sensors,
@@ -333,7 +339,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
 SECTIONS: Mapping[str, Keys] = {
     "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
     **{name: declared(make) for name, make in MADE.items()},
-    "track": {**declared(TrackMap), **declared(Track.from_breakpoints)},
+    "track": declared(Track.from_breakpoints),
 }
 ABSENT = (
     "axle",

@@ -3,39 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from contactlib.base.csv_columns import cell_number, csv_numbers, csv_rows, decoded, name_and_unit
-from contactlib.base.quantities import Parameters, declared
+from contactlib.base.quantities import declared
 from contactlib.base.text import known_names
 from contactlib.base.units import unit_value
 from contactlib.base.writing import read_small
-from contactlib.files.reading import file_beside, in_file, text
+from contactlib.files.reading import doubt, file_beside, in_file, text
 from contactlib.vehicle.track import FACTOR, LISTS, Track
 
 COLUMNS = ("distance", *LISTS)
+COEFFICIENT = 0.5  # of dry rails, at most
 MAX_MAP_BYTES = 10_000_000  # some 500 000 rows, which Python reads in a few seconds
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrackMap(Parameters):
-    """A map of the track.
-
-    Parameters
-    ----------
-    map : str, optional
-        CSV file of a map of the track, in place of `distance` and the factors over it. It lies
-        beside the scenario or below its folder, or is a shipped one.
-    """
-
-    map: str | None = None
-
-
-def read_track_map(path: Path) -> dict[str, list[float]]:
+def read_track_map(path: Path) -> dict[str, Any]:
     """Read the breakpoints of a track.
 
     Parameters
@@ -47,7 +33,7 @@ def read_track_map(path: Path) -> dict[str, list[float]]:
     Returns
     -------
     dict
-        The lists by name [m, 1].
+        The lists by name [m, 1]; and that they are factors if a column of friction has a unit.
 
     Raises
     ------
@@ -71,7 +57,7 @@ def read_track_map(path: Path) -> dict[str, list[float]]:
         raise ValueError(f"line {line}: no data after the columns' names")
     table = csv_numbers(body, len(head), range(len(head)), head)
     keys = {key: one.quantity for key, one in declared(Track.from_breakpoints).items()}
-    found = {}
+    found, known = dict[str, list[float]](), dict[str, str]()
     for cell, name, column in zip(head, names, table.T, strict=True):
         limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
         factor = unit_value(unit, limits.unit) if unit else 1.0
@@ -87,6 +73,8 @@ def read_track_map(path: Path) -> dict[str, list[float]]:
                 f"be {limits}"
             )
         found[name] = (factor * column).tolist()
+        if unit and name.startswith("friction"):
+            known["unit"] = "factor"
     at = found.get("distance", [])
     for i in range(1, len(at)):
         twice = i > 1 and at[i] == at[i - 2]
@@ -96,7 +84,7 @@ def read_track_map(path: Path) -> dict[str, list[float]]:
                 f"{at[i - 1]!r} m, that of the line before, and each place at most twice"
             )
     Track.from_breakpoints(**found)
-    return found
+    return {**known, **found}
 
 
 def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -111,4 +99,19 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
         )
     with in_file(f"track.map {name}"):
         found = read_track_map(file_beside("map", name, folder, "the scenario"))
-    return {**data, "track": {**found, **{key: track[key] for key in track if key != "map"}}}
+    return {**data, "track": {**found, **track}}
+
+
+def track_of(**given: Any) -> Track:
+    """Track of a file's section; factors that look like friction coefficients are doubted."""
+    track = Track.from_breakpoints(**given)
+    sides = track.friction_left, track.friction_right or track.friction_left
+    largest = max(max(side.value) for side in sides)
+    if "unit" not in given and largest <= COEFFICIENT:
+        doubt(
+            "track.friction",
+            f"track: the factors on friction are at most {largest:g}, and 1 is the vehicle's own "
+            "friction; are they friction coefficients? then set track.unit = 'coefficient', else "
+            "'factor'",
+        )
+    return track

@@ -19,7 +19,7 @@ FEW = 10  # points; fewer determine neither an offset nor the scatter
 NEAR = 3.0  # farthest point that counts, over zeta0
 BINS = 150  # means of neighbouring points replace more points than that
 EVIDENCE = 10.0  # twice the logarithm of the ratio of likelihoods
-OFFSET = 0.05  # smallest offset that is doubted, over zeta0: less changes the slope by less
+OFFSET = 0.05  # smallest offset that is doubted, over zeta0: less hardly matters
 PLACES = np.linspace(-0.6, 0.6, 81)  # of the zero that are tried, over zeta0
 SCATTER = 10.0 ** np.arange(-7.0, 0.1, 0.5)[:, None]  # variance of the points over the process's
 GROUP = 4  # points
@@ -65,7 +65,7 @@ def zero_offset(
         A point whose error could explain them as well: then the better explanation counts.
     """
     moved = creepage != 0.0
-    if np.count_nonzero(moved) < FEW:
+    if np.count_nonzero(moved) < FEW or not traction.any():
         return None
     scale = carter_scale(np.abs(creepage[moved]), (traction * np.sign(creepage))[moved])
     place = np.flatnonzero(np.abs(creepage) <= NEAR * scale)

@@ -378,7 +378,7 @@ class Plant:
         self._scenarios, self._timing = scenarios, timing
         self._tolerance, self._creepage = tolerance, creepage
         self.trains = [one.drivetrain for one in scenarios]
-        self._tracks = [one.track for one in scenarios]
+        self.tracks = [one.rails for one in scenarios]
         bodies, n = [train.wheelset for train in self.trains], len(scenarios)
         self.fleet = self._native()
         self.radius = np.array([body.radius for body in bodies])
@@ -386,8 +386,8 @@ class Plant:
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
         self._radius = self._one(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
-        self._cleaning = np.array([track.cleaning for track in self._tracks])
-        self._inputs["recovered"] = [track.recovered for track in self._tracks]
+        self._cleaning = np.array([track.cleaning for track in self.tracks])
+        self._inputs["recovered"] = [track.recovered for track in self.tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
         loads = [one.wheel_load or STATIC for one in scenarios]
@@ -396,7 +396,7 @@ class Plant:
     def _native(self) -> kernel.NativeFleet:
         """The drivetrains on their tracks in the kernel."""
         return kernel.NativeFleet(
-            [t.member(track.native) for t, track in zip(self.trains, self._tracks, strict=True)]
+            [t.member(track.native) for t, track in zip(self.trains, self.tracks, strict=True)]
         )
 
     def _connect(self) -> None:
@@ -418,7 +418,7 @@ class Plant:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """An independent plant in the same state; it shares what never changes."""
-        constant = *self._scenarios, *self.trains, *self._tracks, self.fleet
+        constant = *self._scenarios, *self.trains, *self.tracks, self.fleet
         memo |= {id(one): one for one in constant}
         made = object.__new__(type(self))
         made.__setstate__(deepcopy({**self.__getstate__(), "fleet": self.fleet}, memo))
@@ -511,7 +511,7 @@ class Plant:
     def available(self) -> AvailableForce:
         """Largest creep forces that friction allows."""
         loaded = self._load_factors is not None
-        return AvailableForce(self.trains, self._tracks, loaded=loaded)
+        return AvailableForce(self.trains, self.tracks, loaded=loaded)
 
     def _begin(self, index: Sequence[int]) -> None:
         """Set the first state, and the sensors' and the drives' memory."""

@@ -16,6 +16,7 @@ from contactlib.base.quantities import (
     checked_number,
     checked_whole,
     shown,
+    warn,
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
@@ -116,7 +117,8 @@ def run_scenario(
     Warns
     -----
     InputWarning
-        If the run's rim speed, slip work or creepage would destroy a vehicle.
+        If the run's rim speed, slip work or creepage would destroy a vehicle, or it leaves the map
+        of its track or never meets it.
     """
     _check_scenario(scenario)
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
@@ -143,6 +145,9 @@ def run_scenario(
         progress(kept.add(block))
     result = next(kept.results())
     warn_of_damage(result)
+    distance = result["distance"]
+    if doubt := scenario.rails.doubt(float(distance.min()), float(distance.max())):
+        warn(doubt)
     return result
 
 
@@ -248,6 +253,11 @@ def run_many(
     RuntimeError
         If a controller or metric of your own raises an error.
 
+    Warns
+    -----
+    InputWarning
+        If runs leave the map of their track or never meet it.
+
     Examples
     --------
     >>> import dataclasses
@@ -281,6 +291,7 @@ def run_many(
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * len(places) for when, places in groups)
     done = 0
+    doubts: list[str] = []
 
     def report(rows: int) -> None:
         nonlocal done
@@ -296,13 +307,16 @@ def run_many(
             tolerance=tolerance,
         )
         kept = Kept(when) if metrics else None
-        for name, values in _watch(runs, outcomes, kept, report).items():
+        for name, values in _watch(runs, outcomes, kept, report, doubts).items():
             found[name][places] = np.where(runs.failed, np.nan, values)
         found[FAILED][places] = runs.failed
         for i, result in enumerate(kept.results() if kept else ()):
             for name, metric in metrics.items() if not runs.failed[i] else ():
                 found[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
+    if doubts:
+        others = f" (and so {len(doubts) - 1} other runs)" if len(doubts) > 1 else ""
+        warn(f"{doubts[0]}{others}")
     return found
 
 
@@ -341,19 +355,30 @@ def _measured(name: str, metric: Metric, result: Result) -> float:
 
 
 def _watch(
-    runs: Runs, outcomes: Sequence[str], kept: Kept | None, report: Callable[[int], object]
+    runs: Runs,
+    outcomes: Sequence[str],
+    kept: Kept | None,
+    report: Callable[[int], object],
+    doubts: list[str],
 ) -> dict[str, FloatArray]:
-    """Run to the end and return the outcomes."""
+    """Run to the end and return the outcomes; add the doubts of `Track.doubt`."""
     vehicles = Vehicles.of(runs.trains)
     watching = accumulators(outcomes, vehicles)
+    low = high = np.zeros(len(runs.trains))
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
             rows = DerivedRows(block, vehicles)
             for accumulator in watching.values():
                 accumulator.add(rows)
+            distance = block["distance"]
+            low = np.minimum(low, distance.min(axis=0))
+            high = np.maximum(high, distance.max(axis=0))
             if kept is not None:
                 kept.add(block)
             report(block.time.size * len(runs.trains))
+    ends = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
+    found = (track.doubt(*place) for track, *place in ends)
+    doubts += [text for text, failed in zip(found, runs.failed, strict=True) if text and not failed]
     return {name: accumulator.value() for name, accumulator in watching.items()}
 
 

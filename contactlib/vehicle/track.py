@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -87,6 +87,31 @@ class Profile:
         at_start, at_middle = float(self(start)), float(self(middle))
         return at_start, 2.0 * at_middle - at_start
 
+    def seen_from(self, survey: Survey) -> Profile:
+        """The profile over the distance of a run, from one over the places of a survey."""
+        if (survey.start, survey.sign) == (0.0, 1.0):
+            return self
+        turn = slice(None, None, int(survey.sign))
+        at = tuple(survey.sign * (place - survey.start) for place in self.at)
+        return Profile(at[turn], self.value[turn])
+
+    def scaled(self, factor: float) -> Profile:
+        """The profile with all values times a factor."""
+        return Profile(self.at, tuple(factor * value for value in self.value))
+
+
+class Survey(NamedTuple):
+    """How the places of breakpoints are counted: the start of the run and its direction."""
+
+    start: float = 0.0  # place where the run starts [m]
+    sign: float = 1.0  # -1 if places decrease in the direction of travel
+    map: str | None = None  # name of the file, of a map
+
+    def places(self, low: float, high: float) -> str:
+        """Places of two distances of a run, for messages."""
+        ends = sorted(self.start + self.sign * distance for distance in (low, high))
+        return f"{ends[0]:.6g} to {ends[1]:.6g} m"
+
 
 def profile_of(**lists: Values) -> Profile:
     """Profile from two lists, of places and of values there; errors name the lists."""
@@ -105,6 +130,9 @@ LISTS = ("friction", "friction_left", "friction_right", "slope")  # over distanc
 UNCHANGED = Profile((0.0,), (1.0,))
 FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
 CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
+AT_END = 0.1  # distance beyond the end of a map that is no departure from it [m]
+OFF_MAP = "the run, from"  # a doubt begins so
+FAR = 10.0, 100.0  # breakpoints this many runs and metres away are not where they are meant to be
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +157,11 @@ class Track:
         Default: 0, slip does not clean the rails.
     recovered : float, optional
         Factor on friction that much slip work leaves [1]. Default: 1.
+    unit : str
+        ``"coefficient"`` if the friction over distance is given by kinetic friction coefficients of
+        the rails: `in_factors` then gives the track in factors, which runs use.
+    survey : Survey
+        How messages count places along the track.
 
     Raises
     ------
@@ -170,6 +203,8 @@ class Track:
     slope: Profile = UNCHANGED
     cleaning: float = 0.0
     recovered: float = 1.0
+    unit: Literal["factor", "coefficient"] = "factor"
+    survey: Survey = field(default=Survey(), compare=False)
 
     def __post_init__(self) -> None:
         checked("Track.friction_left", self.friction_left.value, POSITIVE)
@@ -186,6 +221,7 @@ class Track:
     def from_breakpoints(
         cls,
         *,
+        map: str | None = None,  # noqa: A002 (the key of a file)
         distance: Annotated[Values, Quantity("m")] = (),
         friction: Annotated[Values, FACTOR] = (),
         friction_left: Annotated[Values, FACTOR] = (),
@@ -195,15 +231,31 @@ class Track:
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
         recovered: Annotated[float, FACTOR] = 1.0,
+        start: Annotated[float, Quantity("m")] = 0.0,
+        direction: Literal["increasing", "decreasing"] = "increasing",
+        unit: Literal["factor", "coefficient"] = "factor",
     ) -> Track:
         """Make the track from lists of places and of factors, which are the fields of the class.
 
+        Only a scenario file reads a `map`; here it names the map in messages.
+
         Parameters
         ----------
+        map : str, optional
+            CSV file of a map of the track, in place of `distance` and the factors over it. It lies
+            beside the scenario or below its folder, or is a shipped one.
         distance : tuple of float, optional
-            Breakpoints along the track, from where the run starts [m].
+            Breakpoints along the track [m].
         friction : tuple of float, optional
             Factor on friction at these, under both wheels [1].
+        start : float, optional
+            Place, as `distance` counts, where the run starts [m].
+        direction : str, optional
+            Whether `distance` increases or decreases in the direction of travel. If it decreases,
+            the left wheel runs on the right rail of the lists.
+        unit : str, optional
+            Whether friction, friction_left and friction_right are factors or kinetic friction
+            coefficients of the rails, which are divided by that of the vehicle's file.
         time : tuple of float, optional
             Breakpoints of the factor over time [s].
 
@@ -214,6 +266,7 @@ class Track:
         """
         lists = dict(zip(LISTS, (friction, friction_left, friction_right, slope), strict=True))
         along = {key: values for key, values in lists.items() if values}
+        survey = Survey(start, 1.0 if direction == "increasing" else -1.0, map)
         together = tuple(key for key in along if key != "slope") in ((), LISTS[:1], LISTS[1:3])
         if not together or bool(distance) != bool(along):
             given = [*(["distance"] if distance else []), *along]
@@ -227,13 +280,74 @@ class Track:
             )
             for key, values in along.items()
         }
+        factors = {key: profile.seen_from(survey) for key, profile in factors.items()}
+        if "friction_right" in factors and survey.sign < 0.0:
+            sides = factors["friction_left"], factors["friction_right"]
+            factors["friction_right"], factors["friction_left"] = sides
         over_time = {"time": time, "friction_over_time": friction_over_time}
         given = [key for key, values in over_time.items() if values]
         if len(given) == 1:
             raise ValueError(f"{given[0]} is given alone: time and friction_over_time go together")
         if given:
             factors["friction_over_time"] = profile_of(**over_time)
-        return cls(**factors, cleaning=cleaning, recovered=recovered)
+        return cls(**factors, cleaning=cleaning, recovered=recovered, unit=unit, survey=survey)
+
+    def in_factors(self, kinetic: float) -> Track:
+        """The track in factors, for a vehicle of a kinetic friction coefficient [1]."""
+        if self.unit == "factor":
+            return self
+        kinetic = checked_number("kinetic", kinetic, POSITIVE)
+        right = self.friction_right
+        return replace(
+            self,
+            unit="factor",
+            friction_left=self.friction_left.scaled(1.0 / kinetic),
+            friction_right=None if right is None else right.scaled(1.0 / kinetic),
+        )
+
+    @property
+    def sides(self) -> tuple[Profile, Profile]:
+        """Factor under the left and under the right wheel.
+
+        Raises
+        ------
+        ValueError
+            If the track is given by friction coefficients: see `in_factors`.
+        """
+        if self.unit != "factor":
+            raise ValueError(
+                f"Track.unit = {self.unit!r} must be 'factor' here: in_factors gives such a track"
+            )
+        return self.friction_left, self.friction_right or self.friction_left
+
+    def doubt(self, low: float, high: float) -> str | None:
+        """Sentence on a run that leaves its map, or is nowhere near its breakpoints; else None.
+
+        Parameters
+        ----------
+        low, high : float
+            Smallest and largest distance of the run from its start [m].
+        """
+        along = self.friction_left, self.friction_right or self.friction_left, self.slope
+        varying = [profile for profile in along if len(set(profile.value)) > 1]
+        if not varying:
+            return None
+        first, last = min(p.at[0] for p in varying), max(p.at[-1] for p in varying)
+        survey, gap = self.survey, max(first - high, low - last)
+        where = f"{OFF_MAP} {survey.places(low, high)}"
+        cure = "track.start is the place where a run starts, track.direction that of travel"
+        if survey.map is not None:
+            covers = f"the map {survey.map}, which covers {survey.places(first, last)}"
+            if gap > 0.0:
+                return f"{where}, never meets {covers}: the value at its end holds; {cure}"
+            if low < first - AT_END or high > last + AT_END:
+                return f"{where}, leaves {covers}: the values at its ends hold beyond; {cure}"
+            return None
+        away = -low > AT_END > high if first > high else high > AT_END > -low
+        if gap > 0.0 and (away or gap > FAR[0] * (high - low) + FAR[1]):
+            here = survey.places(first, last)
+            return f"{where}, never meets the friction of track.distance, {here}; {cure}"
+        return None
 
     @property
     def lowest(self) -> tuple[float, float]:
@@ -246,8 +360,7 @@ class Track:
         return self._extreme(max)
 
     def _extreme(self, choose: Callable[[Iterable[float]], float]) -> tuple[float, float]:
-        sides = self.friction_left, self.friction_right or self.friction_left
-        friction = choose(choose(side.value) for side in sides)
+        friction = choose(choose(side.value) for side in self.sides)
         return friction * choose(self.friction_over_time.value), choose(self.slope.value)
 
     def friction_scale(self, distance: ArrayLike, time: float) -> FloatArray:
@@ -267,8 +380,7 @@ class Track:
         """
         distance = checked("distance", distance, FINITE, copy=False)
         time = checked_number("time", time, FINITE)
-        left = self.friction_left(distance)
-        right = left if self.friction_right is None else self.friction_right(distance)
+        left, right = (side(distance) for side in self.sides)
         return np.asarray(np.stack([left, right], axis=-1) * self.friction_over_time(time))
 
     def cleaned(self, friction_scale: ArrayLike, work: ArrayLike) -> FloatArray:
@@ -290,8 +402,7 @@ class Track:
     @cached_property
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
-        sides = self.friction_left, self.friction_right or self.friction_left
-        profiles = (*sides, self.friction_over_time, self.slope)
+        profiles = (*self.sides, self.friction_over_time, self.slope)
         left, right, over_time, slope = ((profile.at, profile.value) for profile in profiles)
         return left, right, over_time, slope
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,7 +63,11 @@ def test_runs_are_those_of_the_lists_and_a_flat_map_is_none(tmp_path: Path) -> N
         ("none", "", ""),
     ):
         case = cl.load_scenario(scenario(tmp_path, track, csv))
-        runs[name] = cl.run_scenario(case, "creep_pi")
+        leaves = pytest.warns(
+            cl.InputWarning, match=r"from 0 to .*, leaves the map map\.csv, which"
+        )
+        with leaves if name == "map" else nullcontext():
+            runs[name] = cl.run_scenario(case, "creep_pi")
     for one, other in (("lists", "map"), ("flat", "none")):
         for signal in ("speed", "omega_left", "creep_force"):
             assert np.array_equal(runs[one][signal], runs[other][signal]), (one, signal)
@@ -77,7 +82,8 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
         'controllers = ["creep_pi"]\n[axes.f]\nparameter = "track.friction[1]"\n'
         "values = [0.4, 1.0]\n"
     )
-    work = cl.ensemble(cl.load_sweep(sweep), workers=1)["slip_work"].values.ravel()
+    with pytest.warns(cl.InputWarning, match=r"the run, from 0 to .*, leaves the map map\.csv"):
+        work = cl.ensemble(cl.load_sweep(sweep), workers=1)["slip_work"].values.ravel()
     assert work[0] != work[1]
 
 
@@ -150,3 +156,60 @@ def test_a_long_map_is_fast(tmp_path: Path) -> None:
     assert time.process_time() - begin < 20.0  # some 3 s
     assert set(track_levels(case.track)) >= {(0.6, 0.6, 1.0), (0.62, 0.61, 1.0)}
     assert (run["available_force"] > 0.0).all()
+
+
+@pytest.mark.parametrize("chainage", [12_400.0, 87_650.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_map_may_begin_anywhere_and_run_either_way(
+    tmp_path: Path, chainage: float, sign: float
+) -> None:
+    at, left, right = (0.0, 3.0, 3.0, 400.0), (1.0, 1.0, 0.5, 0.5), (0.9, 0.9, 0.8, 0.7)
+    lists = f"distance = {list(at)}\nfriction_left = {list(left)}\nfriction_right = {list(right)}"
+    plain = replace(cl.load_scenario(scenario(tmp_path, lists)), duration=0.6)
+    expected = cl.run_scenario(plain, "creep_pi")
+    assert expected["friction_scale_left"][-1] == 0.5
+    columns = ("left", "right") if sign > 0.0 else ("right", "left")
+    rows = [
+        f"{(chainage + sign * place) / 1e3!r},{a!r},{b!r}\n"
+        for place, a, b in zip(at, left, right, strict=True)
+    ]
+    head = f"distance [km],friction_{columns[0]},friction_{columns[1]}\n"
+    csv = head + "".join(rows if sign > 0.0 else rows[::-1])
+    way = "increasing" if sign > 0.0 else "decreasing"
+    track = f'map = "map.csv"\nstart = "{chainage / 1e3!r} km"\ndirection = "{way}"'
+    case = replace(cl.load_scenario(scenario(tmp_path, track, csv)), duration=0.6)
+    found = cl.run_scenario(case, "creep_pi")
+    np.testing.assert_allclose(found["speed"], expected["speed"], rtol=1e-6)
+    np.testing.assert_allclose(found["omega_left"], expected["omega_left"], rtol=1e-4)
+    lost = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
+    lost = replace(lost, duration=0.2)
+    message = r"the run, from 0 to 1?[0-9.]+ m, never meets the map map\.csv, which covers .*start"
+    with pytest.warns(cl.InputWarning, match=message):
+        cl.run_scenario(lost, "open_loop")
+    with pytest.warns(cl.InputWarning, match=rf"{message}.* \(and so 2 other runs\)"):
+        cl.run_many([lost] * 3, "open_loop")
+    back = replace(case, initial_speed=-5.0, duration=0.2, demand=cl.Profile.of(0.0))
+    with pytest.warns(cl.InputWarning, match="leaves the map"):
+        cl.run_scenario(back, "open_loop")
+
+
+def test_friction_coefficients_are_doubted_as_factors_and_taken_as_such(tmp_path: Path) -> None:
+    csv = "distance,friction\n0,0.3\n40,0.15\n1000,0.15\n"
+    doubt = r"track: the factors on friction are at most 0\.3, .*unit = 'coefficient'"
+    with pytest.warns(cl.InputWarning, match=doubt):
+        cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
+    with pytest.warns(cl.InputWarning, match=doubt):
+        cl.load_scenario(scenario(tmp_path, "distance = [0.0, 40.0]\nfriction = [0.3, 0.15]"))
+    cl.load_scenario(scenario(tmp_path, 'map = "map.csv"\nunit = "factor"', csv))
+    in_per_cent = csv.replace("friction", "friction [%]").replace("0.", "")
+    cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', in_per_cent))
+    case = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"\nunit = "coefficient"', csv))
+    case = replace(case, duration=0.3)
+    element = case.drivetrain.wheelset.element
+    run = cl.run_scenario(case, "creep_pi")
+    scale = np.interp(run["distance"], (0.0, 40.0), (0.3, 0.15)) / element.friction.kinetic
+    np.testing.assert_allclose(run["friction_scale_right"], scale, rtol=1e-9)
+    other = replace(element.friction, kinetic=0.8 * element.friction.kinetic)
+    wheelset = replace(case.drivetrain.wheelset, element=replace(element, friction=other))
+    changed = replace(case, drivetrain=replace(case.drivetrain, wheelset=wheelset))
+    assert changed.rails.lowest[0] == pytest.approx(0.15 / other.kinetic)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
 import pytest
 
@@ -39,3 +41,75 @@ def test_extremes_are_of_any_wheel_and_time() -> None:
     assert track.lowest == (0.4, 0.3)
     assert track.highest == (1.2, 1.5)
     assert cl.Track().lowest == cl.Track().highest == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("start", [0.0, 12_400.0, 812_345.0])
+@pytest.mark.parametrize("direction", ["increasing", "decreasing"])
+def test_places_count_from_the_start_in_the_direction_of_travel(
+    start: float, direction: Literal["increasing", "decreasing"]
+) -> None:
+    rng = np.random.default_rng(7)
+    at = np.sort(start + rng.integers(-500, 500, 20)).astype(float)
+    left, right, slope = rng.uniform(0.1, 1.0, (3, 20))
+    at[8] = at[7]  # a jump
+    keep = np.append(True, np.diff(at) > 0.0) | (np.arange(20) == 8)
+    rows = {"distance": at, "friction_left": left, "friction_right": right, "slope": slope}
+    lists = {name: tuple(row[keep].tolist()) for name, row in rows.items()}
+    track = cl.Track.from_breakpoints(start=start, direction=direction, **lists)
+    plain = cl.Track.from_breakpoints(**lists)
+    distance = rng.uniform(-600.0, 600.0, 200)
+    sign = 1.0 if direction == "increasing" else -1.0
+    expected = plain.friction_scale(start + sign * distance, 0.0)
+    found = track.friction_scale(distance, 0.0)
+    np.testing.assert_allclose(found, expected[:, :: int(sign)], rtol=1e-9)  # left is right
+    np.testing.assert_allclose(track.slope(distance), plain.slope(start + sign * distance), 1e-9)
+
+
+def test_friction_coefficients_are_those_of_any_vehicle() -> None:
+    given = {"distance": (0.0, 10.0), "friction_left": (0.3, 0.1), "friction_right": (0.15, 0.2)}
+    rails = cl.Track.from_breakpoints(**given, unit="coefficient", slope=(1.0, 0.5), recovered=0.8)
+    for kinetic in (0.21, 0.4):
+        factors = rails.in_factors(kinetic)
+        found = kinetic * factors.friction_scale([0.0, 10.0], 0.0)
+        np.testing.assert_allclose(found, [[0.3, 0.15], [0.1, 0.2]], rtol=1e-15)
+        assert (factors.slope.value, factors.recovered) == ((1.0, 0.5), 0.8)
+        assert factors.in_factors(kinetic) is factors
+    with pytest.raises(ValueError, match="unit = 'coefficient' must be 'factor' here: in_factors"):
+        rails.friction_scale(0.0, 0.0)
+
+
+LEAVES, NEVER = "leaves the map m.csv, which covers ", "never meets "
+
+
+@pytest.mark.parametrize(
+    ("given", "low", "high", "text"),
+    [
+        ({"map": "m.csv"}, 0.0, 300.0, None),
+        ({"map": "m.csv"}, -0.01, 300.0, None),
+        ({"map": "m.csv"}, 0.0, 420.0, f"from 0 to 420 m, {LEAVES}0 to 400 m"),
+        ({"map": "m.csv"}, -30.0, 5.0, f"from -30 to 5 m, {LEAVES}0 to 400 m"),
+        ({"map": "m.csv"}, -30.0, -2.0, f"from -30 to -2 m, {NEVER}the map m.csv"),
+        ({"map": "m.csv", "start": 7300.0}, 0.0, 9.0, f"from 7300 to 7309 m, {NEVER}the map"),
+        ({"map": "m.csv", "start": 350.0}, -9.0, 40.0, None),
+        ({"map": "m.csv", "start": 350.0, "direction": "decreasing"}, 0.0, 349.0, None),
+        (
+            {"map": "m.csv", "start": 350.0, "direction": "decreasing"},
+            0.0,
+            370.0,
+            f"from -20 to 350 m, {LEAVES}0 to 400 m",
+        ),
+        ({}, 0.0, 900.0, None),  # a patch has ends
+        ({"start": -30.0}, 0.0, 20.0, None),  # nor need a short run reach it
+        ({"start": -30.0}, -20.0, 0.0, f"from -50 to -30 m, {NEVER}the friction of track.dis"),
+        ({"start": -12_400.0}, 0.0, 90.0, f"from -12400 to -12310 m, {NEVER}the friction"),
+    ],
+)
+def test_a_run_off_its_map_is_doubted(
+    given: dict[str, Any], low: float, high: float, text: str | None
+) -> None:
+    track = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.9), **given)
+    found = track.doubt(low, high)
+    assert (found is None) == (text is None)
+    assert text is None or (found is not None and text in found and "track.start" in found)
+    level = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.6), **given)
+    assert level.doubt(low, high) is None

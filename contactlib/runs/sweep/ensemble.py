@@ -8,7 +8,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from contactlib import kernel
 from contactlib.base.lazy import optional_library
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, InputWarning
 from contactlib.base.text import fixed_width, version
 from contactlib.base.writing import write_whole
 from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
 from contactlib.runs.damage import warn_of_damaged_runs
-from contactlib.runs.scenario_runs import FAILED, Metric, run_scenario
+from contactlib.runs.scenario_runs import FAILED, Metric, run_many, run_scenario
 from contactlib.runs.sweep.execution import (
     Workers,
     default_workers,
@@ -32,9 +32,10 @@ from contactlib.runs.sweep.execution import (
     thread_workers,
 )
 from contactlib.runs.sweep.loading import load_sweep, with_own
-from contactlib.runs.sweep.plan import Sweep
+from contactlib.runs.sweep.plan import ScenarioBuilder, Sweep
 from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
 from contactlib.traction.interface import Controller
+from contactlib.vehicle.track import OFF_MAP
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -273,7 +274,8 @@ def ensemble(
     Warns
     -----
     InputWarning
-        If slip speeds or slip work of the outcomes would destroy a vehicle.
+        If slip speeds or slip work of the outcomes would destroy a vehicle, or the first run leaves
+        the map of its track or never meets it.
     """
     optional_library("xarray")  # which holds the results: better now than after the runs
     try:
@@ -356,6 +358,21 @@ def default_chunk(sweep: Sweep, workers: int) -> int:
     return max(MIN_CHUNK, min(limit, shared))
 
 
+def _doubt_map(sweep: Sweep) -> None:
+    """Warn if the first run, with a map, leaves it or never meets it."""
+    plan, known = sweep.plan, (ValueError, RuntimeError)  # which the sweep itself reports
+    with suppress(*known):
+        scenario = ScenarioBuilder(plan).build(sweep.values[0].tolist())
+        for controller in [*plan.controllers][:1] if scenario.track.survey.map else ():
+            run_many(
+                [scenario],
+                controller,
+                index=[plan.index_of(0)],
+                step=plan.step_of(scenario),
+                tolerance=plan.tolerance,
+            )
+
+
 def _run(
     sweep: Sweep,
     store: ChunkStore | None,
@@ -377,6 +394,8 @@ def _run(
         progress(len(found) / len(starts))
 
     todo = [(i, min(i + chunk, sweep.runs)) for i in starts if i not in found]
+    if todo:
+        _doubt_map(sweep)
     entered: AbstractContextManager[Workers]
     if executor is None:
         entered = thread_workers(count)
@@ -385,6 +404,7 @@ def _run(
         entered = nullcontext(given)
     with warnings.catch_warnings(), entered as workers:
         warnings.simplefilter("ignore", RangeWarning)  # shown when the sweep was read
+        warnings.filterwarnings("ignore", OFF_MAP, InputWarning)  # shown for the first run
         if todo:
             run_chunks(sweep.plan, sweep.values, todo, workers, keep)
     return np.concatenate([found[first] for first in starts], axis=1)

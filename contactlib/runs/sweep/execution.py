@@ -33,12 +33,13 @@ from typing import Any
 import numpy as np
 
 from contactlib.base.lazy import optional_library
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, InputWarning
 from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import Scenario
 from contactlib.runs.analysis import analyse, of_runs
 from contactlib.runs.scenario_runs import FAILED, run_many
 from contactlib.runs.sweep.plan import Plan, ScenarioBuilder
+from contactlib.vehicle.track import OFF_MAP
 
 AHEAD = 2  # chunks in flight for each worker, so that none waits
 KEPT = (
@@ -260,6 +261,7 @@ def _begin(event: Event) -> None:
     _asked_to_stop = event
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it and sets the event
     warnings.simplefilter("ignore", RangeWarning)  # shown once, by the parent
+    warnings.filterwarnings("ignore", OFF_MAP, InputWarning)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
