@@ -13,6 +13,9 @@ import numpy as np
 
 from contactlib.base.quantities import FloatArray
 
+PREAMBLE = 200  # lines that may come before the columns
+GAPS = 8  # lines that a message names
+
 
 def decoded(data: bytes) -> str:
     """Text in UTF-8, or in the other encodings that spreadsheets write."""
@@ -49,7 +52,7 @@ def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 def name_and_unit(cell: str) -> tuple[str, str]:
     """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
-    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s(%))", cell)
+    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s([%\u2030]))", cell)
     return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
 
 
@@ -59,6 +62,41 @@ def cell_number(cell: str) -> float | None:
         return float(cell.replace(",", ".", 1)) if cell.isascii() and "_" not in cell else None
     except ValueError:
         return None
+
+
+def preamble_of(text: str, columns: Sequence[str | int]) -> str | None:
+    """Message on lines before the one that names the columns, or has their numbers; else None."""
+    known = {column for column in columns if isinstance(column, str)}
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines()[:PREAMBLE], start=1)
+        if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
+    ]
+    for skipped, (number, line) in enumerate(lines):
+        for sign in "\t;, ":
+            cells = [cell.strip().strip('"') for cell in line.split(None if sign == " " else sign)]
+            names = {*cells, *(name_and_unit(cell)[0] for cell in cells)}
+            if known and known <= names:
+                return _preamble(lines[:skipped], number, "names the columns")
+            if not known and all(
+                place <= len(cells) and cell_number(cells[place - 1]) is not None
+                for place in columns
+                if isinstance(place, int)
+            ):  # after a row of names, and perhaps one of units
+                before = lines[: skipped - 1] if skipped > 2 else []
+                return _preamble(before, number, "has the first numbers")
+    return None
+
+
+def _preamble(lines: Sequence[tuple[int, str]], number: int, what: str) -> str | None:
+    if not lines:
+        return None
+    first, last = lines[0][0], lines[-1][0]
+    before = f"line {first} is" if first == last else f"lines {first} to {last} are"
+    return (
+        f"line {first}: line {number} {what}, so {before} a preamble: begin each line of it with "
+        "#, or delete it"
+    )
 
 
 def csv_numbers(
@@ -84,7 +122,8 @@ def csv_numbers(
         for j, (place, name) in enumerate(zip(places, names, strict=True)):
             value = cell_number(cells[place])
             if value is None:
-                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number")
+                others = _others(body[i:], places)
+                raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number{others}")
             for sign in ".,":
                 if sign in cells[place]:
                     signs.setdefault(sign, line)
@@ -95,3 +134,17 @@ def csv_numbers(
                 )
             table[i, j] = value
     return table
+
+
+def _others(body: Sequence[tuple[int, list[str]]], places: Sequence[int]) -> str:
+    """End of a message on the first of the lines without a number, which names the others."""
+    lines = [
+        str(line)
+        for line, cells in body[1:]
+        if any(place < len(cells) and cell_number(cells[place]) is None for place in places)
+    ]
+    if not lines:
+        return ""
+    more = f" and {len(lines) - GAPS} more" if len(lines) > GAPS else ""
+    several = "s" if len(lines) > 1 else ""
+    return f"; the same in line{several} {', '.join(lines[:GAPS])}{more}"

@@ -12,13 +12,13 @@ STANDARD_GRAVITY = 9.80665  # m/s2
 AMBIENT = 20.0  # degC, in messages
 # Value of each further unit in the SI unit of a quantity.
 UNITS = {
-    "1": {"%": 1e-2},
+    "1": {"%": 1e-2, "permille": 1e-3},
     "m": {"km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
     "1/s": {"1/min": 1.0 / 60.0},
     "kg": {"t": 1e3},
     "kg.m2": {"t.m2": 1e3},
-    "N": {"kN": 1e3, "MN": 1e6},
+    "N": {"kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605},
     "W": {"kW": 1e3, "MW": 1e6},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6, "kN/mm2": 1e9},
     "m/Pa": {"um/MPa": 1e-12, "um/GPa": 1e-15, "m3/N": 1.0, "mm3/N": 1e-9},
@@ -50,6 +50,7 @@ SPELLINGS = (
     (r"\bsec\b", "s"),
     (r"^tonnes?$", "t"),
     (r"^(?:percent|per\.cent)$", "%"),
+    (r"^(?:\u2030|per\.?mille?|promille)$", "permille"),
     (r"^(?:\u00b0\.?|deg\.)?C(?:elsius)?$", "degC"),
     (r"^-?$", "1"),
 )
@@ -70,6 +71,17 @@ def unit_value(unit: str, si: str) -> float | None:
         if plain not in known and len(plain) < 100:  # quadratic in the number of spaces
             plain = re.sub(pattern, replacement, plain)
     return known.get(plain)
+
+
+def not_in(unit: str, si: str) -> str:
+    """End of a message on a unit of another dimension than `si`: a remedy, and the known units."""
+    remedy = ""
+    if si == "1" and unit_value(unit, "m/s") is not None:
+        remedy = "divide a slip velocity by the running speed; "
+    elif si == "1" and unit_value(unit, "N") is not None:
+        remedy = "divide by the load, with load = its value in N under which it was measured; "
+    known = ", ".join([si, *UNITS.get(si, {})])
+    return f"is in {unit!r}, which is not a unit in {si}: {remedy}known are {known}"
 
 
 def in_si(text: str, si: str, *, bare: bool = False) -> float:

@@ -235,7 +235,8 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
             # The rotor is checked even if a wheel's creep force is all that the file describes.
             given = arguments(geared_inertia, {"inertia": 1.0, **body})
             inertia = mistakes.of(cache.made, "wheelset", geared_inertia, **given)
-        if not (law and law.get("kind") == "measured"):
+        # A law with mistakes may be that of a measured curve, which needs no friction.
+        if not (law and law.get("kind") == "measured") and (law is not None or "friction" in data):
             rubbing = read("friction")
             if rubbing and contact:
                 friction = mistakes.of(cache.made, "friction", friction_of, rubbing, contact)

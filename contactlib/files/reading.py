@@ -338,5 +338,8 @@ def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
             if not (place / name).resolve().is_relative_to(place.resolve()):
                 raise ValueError(f"{what} must lie beside {of} or below: a link leads elsewhere")
             return place / name
+    if (folder / name).exists():
+        what = "a folder" if (folder / name).is_dir() else "a pipe or a device"
+        raise ValueError(f"is {what}, not a file")
     near = near_files(meant.name, folder)
     raise ValueError(f"no such file, neither beside {of} nor among the shipped models{near}")

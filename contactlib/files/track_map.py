@@ -8,10 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from contactlib.base.csv_columns import cell_number, csv_numbers, csv_rows, decoded, name_and_unit
+from contactlib.base.csv_columns import (
+    cell_number,
+    csv_numbers,
+    csv_rows,
+    decoded,
+    name_and_unit,
+    preamble_of,
+)
 from contactlib.base.quantities import declared
 from contactlib.base.text import known_names
-from contactlib.base.units import unit_value
+from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.files.reading import doubt, file_beside, in_file, text
 from contactlib.vehicle.track import FACTOR, LISTS, Track
@@ -42,7 +49,10 @@ def read_track_map(path: Path) -> dict[str, Any]:
     OSError
         If the file cannot be read.
     """
-    rows = list(csv_rows(decoded(read_small(path, MAX_MAP_BYTES))))
+    content = decoded(read_small(path, MAX_MAP_BYTES))
+    if preamble := preamble_of(content, COLUMNS[:1]):
+        raise ValueError(preamble)
+    rows = list(csv_rows(content))
     head = rows[0][1] if rows else []
     if not head or any(cell_number(cell) is not None for cell in head):
         raise ValueError(f"line 1: it must name the columns; known are {', '.join(COLUMNS)}")
@@ -57,14 +67,12 @@ def read_track_map(path: Path) -> dict[str, Any]:
         raise ValueError(f"line {line}: no data after the columns' names")
     table = csv_numbers(body, len(head), range(len(head)), head)
     keys = {key: one.quantity for key, one in declared(Track.from_breakpoints).items()}
-    found, known = dict[str, list[float]](), dict[str, str]()
+    found, known = dict[str, Any](), dict[str, str]()
     for cell, name, column in zip(head, names, table.T, strict=True):
         limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
         factor = unit_value(unit, limits.unit) if unit else 1.0
         if factor is None:
-            raise ValueError(
-                f"line {line}: {name} is in {unit!r}, which is not a unit in {limits.unit}"
-            )
+            raise ValueError(f"line {line}: {name} {not_in(unit, limits.unit)}")
         bad = np.flatnonzero(~limits.allows(factor * column))
         if bad.size:
             place = int(bad[0])

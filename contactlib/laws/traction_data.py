@@ -18,6 +18,7 @@ from contactlib.base.csv_columns import (
     csv_rows,
     decoded,
     name_and_unit,
+    preamble_of,
 )
 from contactlib.base.quantities import (
     FINITE,
@@ -30,7 +31,7 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.base.text import harmless_line, known_names
-from contactlib.base.units import unit_value
+from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.laws.hertz import NORMAL_LOAD
 from contactlib.laws.zero_offset import zero_offset
@@ -118,6 +119,7 @@ class TractionData:
 
     def shifted(self, by: float) -> TractionData:
         """The points at creepages larger by `by` [1], whatever their signs then are."""
+        by = checked_number("by", by, FINITE)
         columns = self.creepage + by, self.traction_coefficient, self.speed
         return self._changed(*(column for column in columns if column is not None))
 
@@ -281,6 +283,8 @@ def _read_columns(
     if columns is None:
         columns = [COLUMNS[0], COLUMNS[1] if load is None else "creep_force"]
         columns += ["speed"] if "speed" in names else []
+    if preamble := preamble_of(text, columns):
+        raise ValueError(preamble)
     places = [_place(line, head, names, column, headless) for column in columns]
     units = ["" if headless else name_and_unit(head[place])[1] for place in places]
     body = rows if headless else rows[1:]
@@ -310,6 +314,12 @@ def _read_columns(
                 )
             unit = creepage_unit
         elif (
+            kind == "creepage" and not unit and re.search("per ?mill|promill", name, re.IGNORECASE)
+        ):
+            raise ValueError(
+                f"line {line}: is {name} in per mille? then write its unit, as in 'slip [permille]'"
+            )
+        elif (
             kind == "creepage"
             and not unit
             and re.search("percent|prozent|pct", name, re.IGNORECASE)
@@ -319,14 +329,7 @@ def _read_columns(
         si = "N" if force else SI[kind]
         factor = unit_value(unit, si) if unit else 1.0
         if factor is None:
-            hint = ""
-            if kind == "traction_coefficient" and unit_value(unit, "N") is not None:
-                hint = (
-                    ": divide by the load, with load = its value in N under which it was measured"
-                )
-            raise ValueError(
-                f"line {line}: {name} is in {unit!r}, which is not a unit in {si}{hint}"
-            )
+            raise ValueError(f"line {line}: {name} {not_in(unit, si)}")
         if force and load is not None:
             factor /= load
         limits = POSITIVE if kind == "speed" else FINITE

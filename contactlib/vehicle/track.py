@@ -95,10 +95,6 @@ class Profile:
         at = tuple(survey.sign * (place - survey.start) for place in self.at)
         return Profile(at[turn], self.value[turn])
 
-    def scaled(self, factor: float) -> Profile:
-        """The profile with all values times a factor."""
-        return Profile(self.at, tuple(factor * value for value in self.value))
-
 
 class Survey(NamedTuple):
     """How the places of breakpoints are counted: the start of the run and its direction."""
@@ -124,6 +120,10 @@ def profile_of(**lists: Values) -> Profile:
         return Profile(at, value)
     except ValueError as error:
         raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
+
+
+def _scaled(profile: Profile, factor: float) -> Profile:
+    return Profile(profile.at, tuple(factor * value for value in profile.value))
 
 
 LISTS = ("friction", "friction_left", "friction_right", "slope")  # over distance
@@ -294,15 +294,15 @@ class Track:
 
     def in_factors(self, kinetic: float) -> Track:
         """The track in factors, for a vehicle of a kinetic friction coefficient [1]."""
+        kinetic = checked_number("kinetic", kinetic, POSITIVE)
         if self.unit == "factor":
             return self
-        kinetic = checked_number("kinetic", kinetic, POSITIVE)
         right = self.friction_right
         return replace(
             self,
             unit="factor",
-            friction_left=self.friction_left.scaled(1.0 / kinetic),
-            friction_right=None if right is None else right.scaled(1.0 / kinetic),
+            friction_left=_scaled(self.friction_left, 1.0 / kinetic),
+            friction_right=None if right is None else _scaled(right, 1.0 / kinetic),
         )
 
     @property
@@ -327,7 +327,13 @@ class Track:
         ----------
         low, high : float
             Smallest and largest distance of the run from its start [m].
+
+        Raises
+        ------
+        ValueError
+            If one is not finite.
         """
+        low, high = checked_number("low", low, FINITE), checked_number("high", high, FINITE)
         along = self.friction_left, self.friction_right or self.friction_left, self.slope
         varying = [profile for profile in along if len(set(profile.value)) > 1]
         if not varying:

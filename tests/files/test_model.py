@@ -430,6 +430,18 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
         assert re.match(pattern, line), line
 
 
+def test_a_measured_law_with_a_mistake_still_needs_no_friction(tmp_path: Path) -> None:
+    path = tmp_path / "wheel.toml"
+    path.write_text(
+        "[contact]\nradius_x = 0.5\nradius_y = 0.3\nnormal_load = 1e5\nyoungs_modulus = 210e9\n"
+        'poisson_ratio = 0.3\n[wheelset]\nradius = 0.5\n[law]\nkind = "measured"\n'
+        'fle = "curve.csv"\n'
+    )
+    with pytest.raises(cl.ModelError, match=r"law.fle is not a known key") as caught:
+        cl.load_model(path)
+    assert len(caught.value.lines) == 1
+
+
 def test_a_flood_of_mistakes_ends(tmp_path: Path) -> None:
     path = tmp_path / "flood.toml"
     path.write_text("".join(f"x{i} = {i}\n" for i in range(20_000)))

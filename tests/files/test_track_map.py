@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -108,6 +109,10 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
         ("distance,frction\n0,1\n", r"line 1: no column is 'frction'; did you mean 'friction'\?"),
         ("distance,distance\n0,1\n", r"line 1: 2 columns 'distance'"),
         ("distance,friction [kN]\n0,1\n", r"line 1: friction is in 'kN', which is not a unit in 1"),
+        (
+            "Survey 3\ndistance,friction\n0,1\n",
+            r"line 1: line 2 names the columns, so line 1 is a pre",
+        ),
         ("distance,friction_left\n0,1\n", r"distance must go with slope, friction, or .*given are"),
         ("distance,friction\n", r"line 1: no data"),
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
@@ -123,6 +128,19 @@ def test_mistakes_in_a_map_are_named(tmp_path: Path, csv: str | bytes, message: 
     ) as found:
         cl.load_scenario(path)
     assert len(found.value.lines) == 1
+
+
+def test_what_is_no_file_is_named(tmp_path: Path) -> None:
+    path = scenario(tmp_path, 'map = "map.csv"')
+    (tmp_path / "map.csv").unlink()
+    (tmp_path / "map.csv").mkdir()
+    with pytest.raises(cl.ModelError, match=r"track.map map.csv: is a folder, not a file"):
+        cl.load_scenario(path)
+    (tmp_path / "map.csv").rmdir()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "map.csv")
+        with pytest.raises(cl.ModelError, match=r"track.map map.csv: is a pipe or a device, not"):
+            cl.load_scenario(path)
 
 
 @pytest.mark.parametrize(

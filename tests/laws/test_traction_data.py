@@ -82,6 +82,14 @@ AS_IT_IS: dict[str, tuple[str, dict[str, Any]]] = {
         "creepage,creep_force,speed\n1.5,5e4,36\n3,4e4,36\n",
         {"columns": None, "load": 2e5},
     ),
+    "per mille": (
+        "slip [\u2030];mu;v\n15;0,25;36\n30;0,2;36\n",
+        {"columns": ("slip", "mu", "v"), "creepage_unit": None},
+    ),
+    "a force in pounds": (
+        "slip_percent;Q [lbf];v\n1,5;11240,4471;36\n3;8992,3577;36\n",
+        {"columns": (1, 2, 3), "load": 200e3},
+    ),
     "no names": ("1.5 0.25 36\n3 0.2 36\n", {"columns": (1, 2, 3)}),
     "trailing separators": (f"{NAMES}1,5;0,25;36;;\n3;0,2;36;;\n", {}),
 }
@@ -96,7 +104,9 @@ def test_a_file_is_read_as_it_is(name: str, encoding: str, tmp_path: Path) -> No
     given: dict[str, Any] = {"columns": ("slip_percent", "mu", "v"), "creepage_unit": "%"}
     data = TractionData.from_csv(path, **given | options)
     assert data.creepage.tolist() == pytest.approx([0.015, 0.03], rel=1e-15)
-    assert data.traction_coefficient.tolist() == pytest.approx([0.25, 0.2], rel=1e-15)
+    assert data.traction_coefficient.tolist() == pytest.approx(
+        [0.25, 0.2], rel=1e-15 if "lbf" not in text else 1e-8
+    )
     assert data.speed is not None
     speed = 10.0 if "km/h" in text else 36.0
     assert data.speed.tolist() == pytest.approx([speed, speed], rel=1e-15)
@@ -135,6 +145,15 @@ IN_COLUMNS = [
         "line 1: mu .kN. is in 'kN', .* not a unit in 1: divide by the load, with load = ",
     ),
     ("slip_percent;mu\n%;kN\n1;0.2\n", "line 1: mu is in 'kN', .* divide by the load, with lo"),
+    (
+        "slip_percent,mu [km/h]\n1,0.2\n",
+        "line 1: mu .* a unit in 1: divide a slip velocity by .* speed; known are 1, %, permille$",
+    ),
+    (
+        "Rig 7, 1 May\nBy: NN\n\nslip_percent;mu\n1;0.2\n",
+        "line 1: line 4 names the columns, so lines 1 to 2 are a preamble: begin each line .* #",
+    ),
+    ("slip_percent,mu\n1,\n2,0.1\n3,x\n4,\n", "line 2: mu = '' .* number; the same in lines 4, 5$"),
     ('slip_percent,mu\n1,"0.2\n', "line 2: unexpected end of data"),
     ("slip_percent,mu\n1,\n", "line 2: mu = '' is not a number"),
 ]

@@ -54,7 +54,7 @@ def test_places_count_from_the_start_in_the_direction_of_travel(
     at[8] = at[7]  # a jump
     keep = np.append(True, np.diff(at) > 0.0) | (np.arange(20) == 8)
     rows = {"distance": at, "friction_left": left, "friction_right": right, "slope": slope}
-    lists = {name: tuple(row[keep].tolist()) for name, row in rows.items()}
+    lists: dict[str, Any] = {name: tuple(row[keep].tolist()) for name, row in rows.items()}
     track = cl.Track.from_breakpoints(start=start, direction=direction, **lists)
     plain = cl.Track.from_breakpoints(**lists)
     distance = rng.uniform(-600.0, 600.0, 200)
@@ -66,7 +66,11 @@ def test_places_count_from_the_start_in_the_direction_of_travel(
 
 
 def test_friction_coefficients_are_those_of_any_vehicle() -> None:
-    given = {"distance": (0.0, 10.0), "friction_left": (0.3, 0.1), "friction_right": (0.15, 0.2)}
+    given: dict[str, Any] = {
+        "distance": (0.0, 10.0),
+        "friction_left": (0.3, 0.1),
+        "friction_right": (0.15, 0.2),
+    }
     rails = cl.Track.from_breakpoints(**given, unit="coefficient", slope=(1.0, 0.5), recovered=0.8)
     for kinetic in (0.21, 0.4):
         factors = rails.in_factors(kinetic)

@@ -161,8 +161,11 @@ class ChunkStore:
     def _write(self, place: int, data: bytes) -> None:
         try:
             self._file.seek(place)
-            if self._file.write(data) < len(data):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            while data:  # a second write gives the reason why the first was incomplete
+                written = self._file.write(data)
+                if not written:
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                data = data[written:]
             os.fsync(self._file.fileno())
         except OSError as error:
             raise OSError(error.errno, error.strerror, os.fspath(self._file.name)) from None
