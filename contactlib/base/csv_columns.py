@@ -73,6 +73,8 @@ def preamble_of(text: str, columns: Sequence[str | int]) -> str | None:
         if line.strip(" \t;,") and not line.lstrip().startswith(("#", "sep="))
     ]
     for skipped, (number, line) in enumerate(lines):
+        if not all(name in line for name in known):
+            continue
         for sign in "\t;, ":
             cells = [cell.strip().strip('"') for cell in line.split(None if sign == " " else sign)]
             names = {*cells, *(name_and_unit(cell)[0] for cell in cells)}

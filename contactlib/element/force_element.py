@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -180,10 +180,24 @@ class ForceElement(Parameters):
             warnings.warn(
                 f"process zone ratio {zone:.2f} is above {limit}: the law is the limit of a short "
                 "weakening zone and is inaccurate in this contact's tail; use the cohesive-zone "
-                "law, in a file [law] kind = 'cohesive'",
+                f"law, in a file [law] kind = 'cohesive'{self._instead_of_layer()}",
                 ProcessZoneWarning,
                 stacklevel=3,
             )
+
+    def _instead_of_layer(self) -> str:
+        """End of the advice to use a law without a layer: its slope reduction, if there is one."""
+        if self.layer_compliance == 0.0:
+            return ""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RangeWarning)
+            clean = replace(self, layer_compliance=0.0)
+        slopes = [one.at_creepage(0.0, speed=10.0)["force_gradient"] for one in (self, clean)]
+        reduction = self.slope_reduction * float(slopes[0] / slopes[1])
+        return (
+            f", which has no layer: slope_reduction = {reduction:.3g} in place of layer_compliance "
+            "gives the same initial slope"
+        )
 
     @classmethod
     def from_curve(

@@ -30,6 +30,7 @@ from contactlib.files.sections import (
     Keys,
     arguments,
     check_law,
+    check_layer_of,
     contact_of,
     friction_of,
     law_table,
@@ -231,6 +232,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
         law, body = read("law"), read("wheelset")
         if law is not None:
             mistakes.of(cache.made, "law", check_law, law)  # even if the table is given
+            mistakes.of(check_layer_of, law, body or {})
         if body:
             # The rotor is checked even if a wheel's creep force is all that the file describes.
             given = arguments(geared_inertia, {"inertia": 1.0, **body})

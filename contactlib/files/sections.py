@@ -18,8 +18,9 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.laws.measured import MeasuredCurve
 from contactlib.laws.polach import Polach
-from contactlib.laws.scales import friction_with_k_hat, slope_reduction_of
+from contactlib.laws.scales import friction_with_k_hat, k_hat, slope_reduction_of
 from contactlib.laws.traction_data import TractionData
+from contactlib.table.building import largest_k_hat
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.law_tables import Shape, carter_griffith_table, cohesive_table
 from contactlib.vehicle.conditions import Resistance
@@ -201,6 +202,16 @@ def measured_table(given: Given, folder: Path) -> CreepForceTable:
         ) from None
 
 
+def check_layer_of(law: Given, body: Given) -> None:
+    """Refuse a layer with a law whose table has none, before the table is built."""
+    kind, compliance = law.get("kind", Law.kind), body.get("layer_compliance", 0.0)
+    if kind in ("cohesive", "polach") and compliance > 0.0:
+        raise ValueError(
+            f"wheelset.layer_compliance = {compliance!r} must be 0 with law.kind = {kind!r}, which "
+            "has no layer: set slope_reduction in its place, or law.kind = 'carter_griffith'"
+        )
+
+
 def law_table(
     given: Given, contact: Contact, friction: Friction, progress: Callable[[float], object]
 ) -> CreepForceTable:
@@ -208,6 +219,13 @@ def law_table(
     kind = given.get("kind", Law.kind)
     shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
     if kind == "cohesive":
+        found, largest = k_hat(contact, friction), largest_k_hat(friction.ratio)
+        if found > largest * (1.0 + 1e-9):  # before the table is built
+            raise ValueError(
+                f"kind = 'cohesive' has k_hat up to {largest:.4g} for this ratio of static to "
+                f"kinetic friction, but contact and friction give {found:.4g}: choose a shorter "
+                "weakening_length"
+            )
         return cohesive_table(shape, friction.ratio, friction.weakening, progress)
     if kind == "carter_griffith":
         return carter_griffith_table(shape)

@@ -50,6 +50,12 @@ SMOOTHING = 8  # intervals along sqrt(k_hat)
 Row = TypeVar("Row")
 
 
+def largest_k_hat(static_to_kinetic: float) -> float:
+    """Largest k_hat of a cohesive law's table, which its weakening length limits."""
+    weakest = LONGEST_WEAKENING * (static_to_kinetic - 1.0) / (0.5 * np.pi)
+    return float(np.clip(np.sqrt(weakest), MIN_K_MAX, K_MAX))  # Eq. (17)
+
+
 class Certificate(NamedTuple):
     """Largest errors of a table against its law, and the number of points compared."""
 
@@ -128,8 +134,7 @@ class _Sampler:
         self.static_to_kinetic = float(getattr(some, "static_to_kinetic", 0.0))
         self.k_max = K_MAX
         if self.static_to_kinetic:
-            weakest = LONGEST_WEAKENING * (self.static_to_kinetic - 1.0) / (0.5 * np.pi)
-            self.k_max = float(np.clip(np.sqrt(weakest), MIN_K_MAX, K_MAX))  # Eq. (17)
+            self.k_max = largest_k_hat(self.static_to_kinetic)
         self.shape = {
             "one_axis": int(self.one_axis),
             "twice_decay": round(2.0 * float(getattr(some, "tail_decay", 3.0))) + 2,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,8 +12,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.element import CreepForces
+from contactlib.element import CreepForces, ProcessZoneWarning
 from contactlib.export.description import Description
+from contactlib.table.creep_force_table import CreepForceTable
 
 L = 1.3e-13  # 20 um of 150 MPa
 STRIPS = cl.EllipticContact.from_semi_axes(
@@ -81,6 +84,62 @@ def test_layers_need_a_table_with_layers() -> None:
         CreepForces(
             FRICTION, shear_modulus=82e9, poisson_ratio=0.28, layer_compliance=L, table=table
         )
+
+
+def test_the_advice_to_use_the_cohesive_law_says_what_replaces_a_layer() -> None:
+    """Its slope_reduction gives the same initial slope; without a layer there is no such advice."""
+    friction = cl.friction_with_k_hat(STRIPS, k_hat=0.6, static=0.36, kinetic=0.3)
+    for given in ({"slope_reduction": 0.8}, {"memory": True}, {}):
+        with pytest.warns(ProcessZoneWarning, match="no layer: slope_reduction = ") as found:
+            element = replace(wheel_with_layer(**given), friction=friction)
+        text = re.search(r"slope_reduction = ([0-9.]+) in place", str(found[0].message))
+        assert text is not None
+        reduction = float(text[1])
+        with pytest.warns(ProcessZoneWarning, match="kind = 'cohesive'$"):
+            other = replace(element, layer_compliance=0.0, slope_reduction=reduction)
+        at = [one.at_creepage(1e-9, speed=9.0)["creep_force"] for one in (element, other)]
+        assert at[1] == pytest.approx(at[0], rel=0.003)
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "layer", "message"),
+    [
+        (
+            "cohesive",
+            "",
+            1e-13,
+            r"wheelset\.layer_compliance = 1e-13 must be 0 with law\.kind = 'co",
+        ),
+        ("polach", "adhesion_reduction = 1\nslip_reduction = 0.4", 1e-13, "set slope_reduction in"),
+        (
+            "cohesive",
+            "",
+            0.0,
+            r"law\.kind = 'cohesive' has k_hat up to 1\.596 .* give 1\.9[0-9]+: ",
+        ),
+    ],
+)
+def test_what_a_law_lacks_is_refused_before_its_table_is_built(
+    kind: str,
+    keys: str,
+    layer: float,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def built(*given: object, **named: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(CreepForceTable, "from_law", built)
+    path = tmp_path / "wheel.toml"
+    path.write_text(
+        "[contact]\nsemi_axis_x = 0.0063\nsemi_axis_y = 0.0051\nnormal_load = 110e3\n"
+        "youngs_modulus = 210e9\npoisson_ratio = 0.28\n"
+        "[friction]\nstatic = 0.36\nkinetic = 0.27\nweakening_length = 650e-6\n"
+        f"[wheelset]\nradius = 0.46\nlayer_compliance = {layer}\n[law]\nkind = '{kind}'\n{keys}\n"
+    )
+    with pytest.raises(cl.ModelError, match=message):
+        cl.load_model(path)
 
 
 def test_pair_of_bodies_is_the_element() -> None:

@@ -110,8 +110,10 @@ def test_only_plain_files_are_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "zero").symlink_to("/dev/zero")
     (tmp_path / "folder").mkdir()
-    for name in ("pipe", "zero", "folder", "", ".", "x\0y"):
-        with pytest.raises(ValueError, match="no such file"):
+    pipe, folder, missing = "is a pipe or a device, not", "is a folder, not", "no such file"
+    kinds = {"pipe": pipe, "zero": pipe, "folder": folder, "": folder, ".": folder, "x\0y": missing}
+    for name, message in kinds.items():
+        with pytest.raises(ValueError, match=message):
             file_beside("file", name, tmp_path, "the model")
 
 
