@@ -273,9 +273,9 @@ def build_wheelset(
         own = {"table": table, "slope_reduction": reduction, "memory": memory}
         sizes = {**arguments(ForceElement, body), **own}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
-    if lacking := " and ".join(key for key in ("inertia", "wheels") if key not in body):
+    if "inertia" not in body:
         known: dict[str, Any] = {"element": element, "radius": element.radius}
-        text = f"[wheelset] needs {lacking}: the file describes a wheel's creep force only"
+        text = "[wheelset] needs inertia: the file describes a wheel's creep force only"
         return cast(Wheelset, Missing(text, **known))
     given = {**arguments(Wheelset, body), "inertia": inertia, "resistance": resistance}
     return cache.made("wheelset", Wheelset, element, **given)

@@ -126,7 +126,6 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
             **declared(slope_reduction_of),
         },
         "inertia",
-        "wheels",
     ),
     "resistance": declared(Resistance),
 }

@@ -51,8 +51,7 @@ export function readModel(text: string): Vehicle {
   if (theory !== undefined && vehicle.contact === "line") {
     refuse(`contact.theory = ${shown(theory)} is for an ellipse, not a line contact`);
   }
-  const missing = ["inertia", "wheels"].find((key) => wheelset[key] === null);
-  if (missing !== undefined) refuse(`wheelset.${missing} is missing: this page shows wheelsets`);
+  if (wheelset["inertia"] === null) refuse("wheelset.inertia is missing: this page shows wheelsets");
   vehicle.inertia += rotorOf(wheelset);
   vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);

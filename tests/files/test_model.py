@@ -13,6 +13,7 @@ from command_line import done, refused
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
+from contactlib.export.description import Description
 
 SHIPPED = [package_folder("models") / name for name in ("locomotive.toml", "roller_rig.toml")]
 
@@ -285,10 +286,25 @@ def test_a_force_needs_no_vehicle(tmp_path: Path) -> None:
 def test_a_run_needs_what_a_force_does_not_need(tmp_path: Path) -> None:
     (tmp_path / "force.toml").write_text(FORCE)
     model = cl.load_model(tmp_path / "force.toml")
-    with pytest.raises(cl.ModelError, match="needs inertia and wheels"):
+    with pytest.raises(cl.ModelError, match="needs inertia: the file"):
         cl.find_fold(model.wheelset, speed=10.0)
-    with pytest.raises(cl.ModelError, match="needs inertia and wheels"):
+    with pytest.raises(cl.ModelError, match="needs inertia: the file"):
         cl.export_fmu(model, tmp_path / "it.fmu", kind="wheelset")
+
+
+def test_a_wheelset_has_one_wheel_unless_the_file_says_otherwise(tmp_path: Path) -> None:
+    """As the reference states; with inertia and mass no inverse mass is assumed."""
+    body = 'inertia = "120 kg.m2"\nmass = "11 t"\n'
+    found = []
+    for wheels in ("", "wheels = 1\n"):
+        text = FORCE.replace("[wheelset]\n", f"[wheelset]\n{body}{wheels}")
+        assert text != FORCE
+        (tmp_path / "wheel.toml").write_text(text)
+        model = cl.load_model(tmp_path / "wheel.toml")
+        found.append(Description(model, "force_element").effective_inverse_mass)
+        assert (model.wheelset.element.wheels, model.wheelset.mass) == (1, 11e3)
+    radius = model.wheelset.radius
+    assert found[0] == found[1] == pytest.approx(radius**2 / 120.0 + 1.0 / 11e3, rel=1e-12)
 
 
 def test_the_rotor_turns_with_the_wheelset(tmp_path: Path, rig: cl.Model) -> None:
