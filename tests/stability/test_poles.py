@@ -241,7 +241,8 @@ def test_poles_with_memory_are_the_growth_of_a_simulation(
 def test_the_falling_branch_begins_at_the_same_creepage_with_memory(rig: cl.Model) -> None:
     """Where an eigenvalue is zero, nothing changes, and the contact rolls steadily."""
     body = with_memory(rig).wheelset
-    peak = brentq(CreepCurve(rig.wheelset, speed=0.5).pole, 0.012, 0.03, xtol=1e-14)
+    pole = CreepCurve(rig.wheelset, speed=0.5).pole
+    peak = brentq(lambda creepage: float(pole(creepage)), 0.012, 0.03, xtol=1e-14)
     near = peak + 1e-7 * np.array([-1.0, 1.0])
     assert CreepCurve(body, speed=0.5).states(near).stable.tolist() == [True, False]
     assert np.sign(stability.fast_pole(body, near, speed=0.5)).tolist() == [-1.0, 1.0]
