@@ -25,6 +25,8 @@ GO_ON = """async (duration, until, piece) => {
 
 STALE = "async () => { (await contactlib.ready).app.advance(0); }"
 PAUSE = "async () => { const { app } = await contactlib.ready; if (app.playing) app.play(false); }"
+# Until observers have been called for all that has another size.
+RESIZED = "() => new Promise((done) => new ResizeObserver(() => done()).observe(document.body))"
 SELDOM = 400  # longer than between any two updates of the page [ms]
 FRAME = 20  # longer than a frame [ms]
 
@@ -75,6 +77,7 @@ class Visitor:
         self.wait(SELDOM)
         self.call(STALE)
         self.wait()
+        self.call(RESIZED)
         self.wait()  # charts whose size has changed meanwhile are drawn again
 
     # ---- what the page shows
