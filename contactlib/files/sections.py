@@ -19,7 +19,7 @@ from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Materia
 from contactlib.laws.measured import MeasuredCurve
 from contactlib.laws.polach import Polach
 from contactlib.laws.scales import friction_with_k_hat, k_hat, slope_reduction_of
-from contactlib.laws.traction_data import TractionData
+from contactlib.laws.traction_data import LARGEST, TractionData
 from contactlib.table.building import largest_k_hat
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.law_tables import Shape, carter_griffith_table, cohesive_table
@@ -165,6 +165,11 @@ def contact_of(given: Given) -> Contact:
 
 def friction_of(given: Given, contact: Contact) -> Friction:
     """Friction with the weakening length given or from `k_hat`."""
+    if not LARGEST.allow(given["static"]):
+        raise ValueError(
+            f"static = {given['static']!r} is out of range: must be <= {LARGEST.at_most:g}; if it "
+            "is in per cent, write its unit"
+        )
     lengths = [key for key in ("weakening_length", "k_hat") if key in given]
     if len(lengths) != 1:
         raise ValueError(

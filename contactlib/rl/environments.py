@@ -43,6 +43,7 @@ from contactlib.base.quantities import (
     Limits,
     checked_number,
     checked_whole,
+    warn,
 )
 from contactlib.files.scenario import Scenario, load_scenario
 from contactlib.runs.accumulators import NEGLIGIBLE, DerivedRows, Vehicles
@@ -135,6 +136,7 @@ class Wheelsets:
         self.sample_time = float(sample_time)
         self._vehicles = Vehicles.of(self.plant.trains)
         torque, speed, slip = self.scales
+        self._doubted = False
         self._divisors = np.array([torque, torque, speed, slip])
         highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
         self._measured: Measurement[FloatArray] | None = None
@@ -188,7 +190,17 @@ class Wheelsets:
         lost = np.maximum(possible - used, 0.0) + self._slip_cost / way * (self._work - work)
         reward = np.where(self.plant.failed, 0.0, 1.0 - lost / allowed)
         over = self.plant.time > self._end
+        if over and not self._doubted:
+            self._warn_off_map(rows["distance"][0])
         return self._observed(), reward, self.plant.failed.copy(), over, self._info(rows)
+
+    def _warn_off_map(self, distance: FloatArray) -> None:
+        """Warn once of the first wheelset that left the map of its track or never met it."""
+        for track, end in zip(self.plant.tracks, distance.tolist(), strict=True):
+            if doubt := track.doubt(min(end, 0.0), max(end, 0.0)):
+                self._doubted = True
+                warn(doubt)
+                return
 
     def _observed(self) -> NDArray[np.float32]:
         seen = plausible(self.measured)

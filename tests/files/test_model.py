@@ -458,6 +458,14 @@ def test_a_measured_law_with_a_mistake_still_needs_no_friction(tmp_path: Path) -
     assert len(caught.value.lines) == 1
 
 
+def test_friction_in_per_cent_is_an_error(tmp_path: Path, table: cl.CreepForceTable) -> None:
+    changes = {"static = 0.45": "static = 45", "kinetic = 0.21": "kinetic = 21"}
+    with pytest.raises(
+        cl.ModelError, match=r"friction\.static = 45\.0 is .* <= 5; if it is in per"
+    ):
+        load_changed(tmp_path, table, changes)
+
+
 def test_a_flood_of_mistakes_ends(tmp_path: Path) -> None:
     path = tmp_path / "flood.toml"
     path.write_text("".join(f"x{i} = {i}\n" for i in range(20_000)))

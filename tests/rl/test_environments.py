@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -224,3 +225,16 @@ def test_scenarios_that_do_not_fit_together_are_refused(patch: cl.Scenario) -> N
         envs.step([0.5])
     with pytest.raises(ValueError, match="torque"):
         envs.step([[np.nan], [0.0]])
+
+
+def test_an_episode_off_its_map_is_warned_of_once() -> None:
+    rails = cl.Track.from_breakpoints(distance=(0.0, 1.0), friction=(1.0, 0.8), map="m.csv")
+    case = replace(cl.load_scenario("dry_wet_dry.toml"), track=rails, duration=0.2)
+    environment = rl.TractionEnv(case)
+    for episode in range(2):
+        environment.reset(seed=episode)
+        for _ in range(19):
+            environment.step(np.ones(1))
+        warned = pytest.warns(cl.InputWarning, match="leaves the map m.csv")
+        with warned if episode == 0 else nullcontext():
+            environment.step(np.ones(1))
