@@ -132,7 +132,9 @@ FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
 CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
 AT_END = 0.1  # distance beyond the end of a map that is no departure from it [m]
 OFF_MAP = "the run, from"  # a doubt begins so
-FAR = 10.0, 100.0  # breakpoints this many runs and metres away are not where they are meant to be
+# A run may end before its breakpoints. If it lacks more than ten times its length and 100 m, or a
+# kilometre, places are probably counted from elsewhere.
+FAR, FARTHEST = (10.0, 100.0), 1000.0  # [1, m], [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -349,8 +351,9 @@ class Track:
             if low < first - AT_END or high > last + AT_END:
                 return f"{where}, leaves {covers}: the values at its ends hold beyond; {cure}"
             return None
-        away = -low > AT_END > high if first > high else high > AT_END > -low
-        if gap > 0.0 and (away or gap > FAR[0] * (high - low) + FAR[1]):
+        back = low < -AT_END and high < AT_END and first > -AT_END
+        away = back or (high > AT_END and low > -AT_END and last < -AT_END)
+        if away or gap > min(FAR[0] * (high - low) + FAR[1], FARTHEST):
             here = survey.places(first, last)
             return f"{where}, never meets the friction of track.distance, {here}; {cure}"
         return None

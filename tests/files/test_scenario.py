@@ -453,7 +453,7 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
     path = tmp_path / "mine.toml"
     path.write_text(
         text.replace(
-            "[vehicle_changes.friction]", "[vehicle_changes.friction]\nstatic = 45.0"
+            "[vehicle_changes.friction]", "[vehicle_changes.friction]\nstatic = 4.5"
         ).replace('lag = "10 ms"', "lag = 10")
     )
     with warnings.catch_warnings(record=True) as caught:
@@ -461,7 +461,7 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
         warnings.simplefilter("ignore", ProcessZoneWarning)
         cl.load_scenario(path)
     keys = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
-    assert keys == ["vehicle_changes.friction.static = 45", "motor.lag = 10 s"]
+    assert keys == ["vehicle_changes.friction.static = 4.5", "motor.lag = 10 s"]
 
 
 def test_all_mistakes_of_scenario_and_vehicle_come_at_once(tmp_path: Path) -> None:
