@@ -81,7 +81,7 @@ def systematic_residual(data: TractionData, residual: FloatArray) -> tuple[str, 
                 f"{100 * off[0]:+.2g} % off the curve, those {other} {100 * off[1]:+.2g} %; are "
                 f"they one curve? if not, {remedy}"
             )
-            return text, 1.0 + np.where(second, off[1], off[0])
+            return text, np.maximum(1.0 + np.where(second, off[1], off[0]), 0.1)
     return None
 
 
