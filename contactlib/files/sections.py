@@ -56,7 +56,7 @@ LAWS = {
     "measured": LawKind(
         "A curve through measured points, as it was measured at the contact's nominal load. It "
         "replaces `[friction]`, and `saturation_creepage` and `slope_reduction` in `[wheelset]`. "
-        "It is one for all speeds: a column of speeds only serves to doubt points of several curves.",
+        "It is one for all speeds: a column of speeds only serves to doubt points of several.",
         keys=("file",),
         optional_keys=("load_exponent", *OF_CURVE),
     ),
