@@ -70,9 +70,10 @@ def systematic_residual(data: TractionData, residual: FloatArray) -> tuple[str, 
         fast = speed > np.sqrt(speed.min() * speed.max())
         of_speed = "keep the rows of one speed, or fit a law whose friction falls with slip speed"
         kinds.append((fast, _at(speed[~fast]), _at(speed[fast]), of_speed))
-    later = np.arange(creepage.size) >= creepage.size // 2
-    halves = "of the first half of the rows", "of the second half", "keep the rows of one curve"
-    kinds.append((later, *halves))
+    row, of_one = np.arange(creepage.size), "keep the rows of one curve"
+    later = row >= creepage.size // 2
+    kinds.append((later, "of the first half of the rows", "of the second half", of_one))
+    kinds.append((row % 2 == 1, "of the odd rows", "of the even rows", of_one))
     for second, one, other, remedy in kinds:
         off = _apart(np.abs(creepage), fitted, residual, second)
         if off is not None:

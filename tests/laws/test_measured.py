@@ -257,6 +257,10 @@ def test_curves_that_differ_by_side_speed_or_place_are_doubted(scatter: float) -
         for found, groups in (
             (doubts(side * twice, side * mu), "in traction are .*, those in braking"),
             (doubts(twice[mixed], mu[mixed], speed[mixed]), r"at 5\.56 m/s are .*at 22\.2 m/s"),
+            (
+                doubts(np.repeat(ONE_SIDE, 2), mu.reshape(2, -1).T.ravel()),
+                "of the odd rows .*even rows",
+            ),
             (doubts(twice, mu), "of the first half of the rows are .*, those of the second half"),
         ):
             (text,) = found
