@@ -1,11 +1,23 @@
-"""The source tree: its root, and the folders that a source distribution contains."""
+"""The source tree: its root, the folders that a source distribution contains, an installation."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
+
+from contactlib.base.writing import PACKAGE, package_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = (
     *("benchmarks", "contactlib", "docs", "examples", "explorer"),
     *("fmu", "models", "tests", "tools"),
 )
+
+
+def installed(site_packages: Path, *left_out: str) -> Path:
+    """The package as a wheel holds it, with nothing of the tree beside it; returns its folder."""
+    package = site_packages / "contactlib"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", *left_out))
+    for folder in ("fmu", "models"):
+        shutil.copytree(package_folder(folder), package / folder, dirs_exist_ok=True)
+    return package

@@ -358,7 +358,7 @@ def write_histories() -> None:
     for name, (x, end) in HISTORIES.items():
         s, q = history(x, end, excess=4 / 7, k_hat=0.3)
         lines += [f"{name},{at:g},{force:.4f}" for at, force in zip(s, q, strict=True)]
-    path = package_folder("fmu").parent / "docs" / "explanation" / "transient_rolling.csv"
+    path = package_folder("models") / "transient_rolling.csv"
     write_whole(path, ("\n".join(lines) + "\n").encode())
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import struct
 import subprocess
 import sys
@@ -16,9 +15,10 @@ from typing import Any
 import platformdirs
 import pytest
 from fmu_proof import FOLDERS, SUFFIXES
+from tree import installed
 
 from contactlib import kernel
-from contactlib.base.writing import PACKAGE, package_folder
+from contactlib.base.writing import package_folder
 from contactlib.export import platforms
 from contactlib.export.platforms import PLATFORMS, binaries, universal
 
@@ -279,11 +279,7 @@ def test_installed_package_in_a_folder_that_cannot_be_written_compiles_the_same_
     name = next(
         name for name in PLATFORMS if name.endswith("linux") if name != kernel.platform_name()
     )
-    package = tmp_path / "site-packages" / "contactlib"
-    ignored = shutil.ignore_patterns("__pycache__", name)
-    shutil.copytree(PACKAGE, package, ignore=ignored)
-    for folder in ("fmu", "models"):
-        shutil.copytree(package_folder(folder), package / folder, dirs_exist_ok=True)
+    package = installed(tmp_path / "site-packages", name)
     for path in (package, package.parent, package / "fmu", package / "_native"):
         path.chmod(0o555)
     script = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import runpy
 import subprocess
@@ -13,6 +14,7 @@ from types import ModuleType
 from urllib.parse import unquote, urldefrag
 
 import pytest
+from tree import installed
 
 import contactlib as cl
 
@@ -67,6 +69,7 @@ def test_the_page_of_names_has_all_that_are_on_top() -> None:
 def test_site(tmp_path: Path) -> None:
     for library in ("furo", "myst_nb", "numpydoc", "sphinx_click"):
         pytest.importorskip(library)
+    site = tmp_path / "site"
     command = [
         sys.executable,
         "-m",
@@ -75,13 +78,18 @@ def test_site(tmp_path: Path) -> None:
         "-W",
         "--keep-going",
         str(GUIDE),
-        str(tmp_path),
+        str(site),
     ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    # From an installation, beside which there is no tree, as the README says to build it.
+    package = installed(tmp_path / "site-packages")
+    environment = os.environ | {"PYTHONPATH": str(package.parent)}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
-    pages = sorted(tmp_path.rglob("*.html"))
+    pages = sorted(site.rglob("*.html"))
     assert {p.relative_to(GUIDE).with_suffix(".html") for p in PAGES} <= {
-        p.relative_to(tmp_path) for p in pages
+        p.relative_to(site) for p in pages
     }
     for page in pages:
         for name in read(page).loaded:
