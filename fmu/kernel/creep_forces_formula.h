@@ -43,7 +43,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     double a = in->semi_axis_x, b = in->semi_axis_y, speed = in->speed;
     memset(out, 0, sizeof *out);
     s->scale[0] = s->start.place = s->start.k_hat = s->start.layer = 0.0;
-    if (!(in->normal_load > MIN_LOAD && a >= MIN_SEMI_AXIS && b >= MIN_SEMI_AXIS)) return;
+    if (!(a >= MIN_SEMI_AXIS && b >= MIN_SEMI_AXIS)) return;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
     out->aspect_limited = beyond > 1e-9 ? 1.0 : 0.0;
@@ -51,7 +51,7 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
                                          .speed = speed,
                                          .normal_load = in->normal_load,
                                          .friction_scale = in->friction_scale};
-    if (!has_friction(&rolling)) return;
+    if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
     int softens = pair->table->one_axis == 0; /* a curve holds as it is */
     lateral_spin_contact ellipse;

@@ -303,7 +303,7 @@ def test_single_precision_clock_is_followed_with_one_warning(
                 time = counted if counts or k == 0 else np.float32(time + float_step)
                 game.step(float(time), float(float_step))
                 assert game.get("time") == [float(time) + float(float_step)]
-                exact.step(*exact.get("time"), float(float_step))
+                exact.step(exact.get("time")[0], float(float_step))
             names = [n for n in game.references if n != "time"]
             assert game.get(*names) == exact.get(*names)
             assert "only in single precision" in warns(game, "communication point")

@@ -67,7 +67,7 @@ def test_explicit_solver_follows_the_reference_run(
     inputs = [v.name for v in description.of_role("input")]
     states = [v.name for v in description.of_role("state")]
     rates = [v.name for v in description.of_role("derivative")]
-    model, rows = native(description), range(run.size - 1)
+    model, rows = native(description), np.arange(run.size - 1)
     if description.remembers:
         substeps = math.ceil(step / (0.5 * model.explicit_step()))
         rises = np.abs(run["normalized_creepage"]) < 2.0
@@ -83,7 +83,7 @@ def test_explicit_solver_follows_the_reference_run(
         found.append(y)
     assert len(found) > 15
     for name, values in zip(states, np.array(found).T, strict=True):
-        expected = run[name][np.array(rows) + 1]
+        expected = run[name][rows + 1]
         assert np.abs(values - expected).max() < 0.1 * np.ptp(run[name]), name
 
 

@@ -174,8 +174,8 @@ def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
         for row in list(csv.DictReader(csv_file))[::997]:
             ratio = float(row.get("layer_ratio", 0.0))
             assert ratio == pytest.approx(description.element.layer_ratio, rel=1e-8)
-            here = [float(row[name]) for name in ("normalized_creepage", "k_hat")]
-            found = table.traction_ratio(*here, description.element.layer_ratio)
+            x, k_hat = float(row["normalized_creepage"]), float(row["k_hat"])
+            found = table.traction_ratio(x, k_hat, description.element.layer_ratio)
             assert float(row["traction_ratio"]) == pytest.approx(found, abs=1e-8)
 
 

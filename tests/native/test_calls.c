@@ -187,6 +187,73 @@ static void test_sum_of_steps(void) {
     }
 }
 
+/* A tool whose clock has single precision, with its end named. */
+static void test_single_clock(void) {
+    const double step = 1e-3, off = 2e-5;
+    const experiment e = {.start = 1e3, .stop = 1e3 + 2.0 * step, .has_stop = 1};
+    void *c = instance(0);
+    FINE(v->set_up(c, &e));
+    FINE(v->enter(c, &e));
+    FINE(v->leave(c));
+    int before = messages;
+    FINE(v->step(c, e.start - off, step));
+    CHECK(messages == before + 1);
+    FINE(v->step(c, e.start + step + off, step));
+    CHECK(messages == before + 1);
+    REFUSED(v->step(c, e.start + 2.0 * step, step));
+    REFUSED(v->step(c, e.start + 3.0 * step, 1e-6));
+    v->close(c);
+}
+
+/* A wheel that lifts off has no ellipse; one that bears a load needs one. */
+static void test_lift_off(void) {
+    if (!kind->has_pair) return;
+    unsigned ellipse[3] = {reference_of("semi_axis_x"), reference_of("semi_axis_y"),
+                           reference_of("normal_load")};
+    unsigned slip = reference_of("spin"), force = reference_of("force_y");
+    double none[3] = {0.0}, loaded[3] = {5e-3, 0.0, 9e4}, value = 0.1;
+    void *c = instance(0);
+    FINE(v->set(c, ellipse, 3, none));
+    FINE(start(v, c, 0.0));
+    int before = messages;
+    FINE(v->set(c, &slip, 1, &value));
+    FINE(v->step(c, 0.0, 1e-3));
+    FINE(v->get(c, &force, 1, &value));
+    CHECK(value == 0.0 && messages == before + 1);
+    FINE(v->derivative(c, 0, &force, 1, ellipse, 3, none, &value));
+    loaded[1] = 4e-3;
+    FINE(v->set(c, ellipse, 3, loaded));
+    FINE(v->step(c, 1e-3, 1e-3));
+    FINE(v->get(c, &force, 1, &value));
+    CHECK(value != 0.0);
+    for (int axis = 0; axis < 2; axis++) {
+        loaded[axis] = 0.0;
+        FINE(v->set(c, ellipse, 3, loaded));
+        DISCARDED(v->step(c, 2e-3, 1e-3));
+        loaded[axis] = 5e-3;
+    }
+    v->close(c);
+}
+
+/* The start value of omega moves with the radius, until it is set. */
+static void test_radius(void) {
+    if (!has("radius") || !has("omega")) return;
+    unsigned radius = reference_of("radius"), omega = reference_of("omega");
+    double before, after, r, half;
+    void *c = instance(0);
+    FINE(v->get(c, &radius, 1, &r));
+    FINE(v->get(c, &omega, 1, &before));
+    half = 0.5 * r;
+    FINE(v->set(c, &radius, 1, &half));
+    FINE(v->get(c, &omega, 1, &after));
+    CHECK(after == 2.0 * before);
+    FINE(v->set(c, &omega, 1, &before));
+    FINE(v->set(c, &radius, 1, &r));
+    FINE(v->get(c, &omega, 1, &after));
+    CHECK(after == before);
+    v->close(c);
+}
+
 static void test_values(void) {
     void *c = instance(0);
     unsigned speed = reference_of(kind->has_pair ? "creepage_x" : "speed");
@@ -616,6 +683,9 @@ static void test_resources(const char *folder) {
     snprintf(place, sizeof place, "file://localhost%s/%%72esources/", folder);
     CHECK(resource_read(place, "start_values.bin", &bytes, &size, message, sizeof message) == NULL);
     free(bytes);
+    CHECK(resource_read(folder, "start_values.bin", &bytes, &size, message, sizeof message) ==
+          NULL); /* the FMU's folder in place of its resources */
+    free(bytes);
     const char *error = resource_read(folder, "resources", &bytes, &size, message, sizeof message);
     CHECK(error != NULL && strstr(error, "cannot read") != NULL && bytes == NULL);
     error = resource_read(folder, "nothing", &bytes, &size, message, sizeof message);
@@ -764,6 +834,9 @@ int main(int count, char **arguments) {
         test_tokens_and_places();
         test_set_up();
         test_sum_of_steps();
+        test_single_clock();
+        test_lift_off();
+        test_radius();
         test_values();
         test_friction();
         test_failing_step();
