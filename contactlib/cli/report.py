@@ -92,6 +92,7 @@ def write_report(
         result.to_csv(output / f"{name}.csv")
     parts = drivetrain_setting(scenario.drivetrain), track_text(scenario), sensors_text(scenario)
     caption = " ".join(part for part in parts if part)
+    slowest = scenario.drivetrain.wheelset.element.minimum_speed
     write_comparison(output, found)
     with reporter.step(f"{scenario.name}: drawing"):
         drawn = {
@@ -101,12 +102,18 @@ def write_report(
                 title=f"{scenario.name}: {figures.run_name(name)}",
                 caption=caption,
                 over=over,
+                minimum_speed=slowest,
             )
             for name in names
         }
         if len(names) > 1:
             drawn["comparison"] = figures.comparison(
-                results, found, title=scenario.name, caption=caption, over=over
+                results,
+                found,
+                title=scenario.name,
+                caption=caption,
+                over=over,
+                minimum_speed=slowest,
             )
         if len(names) == 1:
             for suffix in formats:

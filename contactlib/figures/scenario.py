@@ -49,7 +49,6 @@ FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 STOPPED = 0.01  # speed of a vehicle that has stopped [m/s]
 EVENTFUL = 0.01  # change of a signal that is seen / its range
 MARGIN = 0.04  # of the time in which the vehicle stands, shown / time in which it does not
-SLOPE = "slope factor"
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
 NAMES = {
     "open_loop": "open loop",
@@ -72,6 +71,7 @@ class _Drawn(NamedTuple):
 
     result: Result
     at: FloatArray
+    creepage: FloatArray
     window: float
 
 
@@ -79,11 +79,20 @@ AXES = {"time": "time  [s]", "distance": "distance  [m]"}
 
 
 def scenario_run(
-    result: Result, metrics: Metrics, *, title: str, caption: str, over: str = "time"
+    result: Result,
+    metrics: Metrics,
+    *,
+    title: str,
+    caption: str,
+    over: str = "time",
+    minimum_speed: float = 0.0,
 ) -> Figure:
-    """Force, creepage, torque, speed and friction over the time or the distance of one run."""
+    """Force, creepage, torque, speed and friction over the time or the distance of one run.
+
+    Below `minimum_speed` [m/s] no creepage is drawn.
+    """
     twisted = bool(np.any(result["axle_torque"]))
-    (run,) = _drawn([result], over)
+    (run,) = _drawn([result], over, minimum_speed)
     varies = _friction_varies([result])
     with styled():
         rows = 5 if twisted else 4
@@ -112,13 +121,15 @@ def comparison(
     title: str,
     caption: str,
     over: str = "time",
+    minimum_speed: float = 0.0,
 ) -> Figure:
     """Force, creepage, torque and friction, with one column per controller and common axes.
 
-    Speeds are drawn, too, if a vehicle stops.
+    Speeds are drawn, too, if a vehicle stops. `over` and `minimum_speed` as for `scenario_run`.
     """
     count, stops = len(results), any(map(_stops, results.values()))
-    every, runs = list(results.values()), _drawn(list(results.values()), over)
+    every = list(results.values())
+    runs = _drawn(every, over, minimum_speed)
     varies = _friction_varies(every)
     with styled():
         figure, grid = new_figure(
@@ -156,11 +167,14 @@ def _rows(count: int, friction: bool) -> dict[str, Any]:
     return {"nrows": len(heights), "height_ratios": heights, "sharex": True}
 
 
-def _drawn(results: Sequence[Result], over: str) -> list[_Drawn]:
+def _drawn(results: Sequence[Result], over: str, minimum_speed: float) -> list[_Drawn]:
     if over not in AXES:
         raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
     window = max(float(np.ptp(result.time)) for result in results) / WINDOWS
-    return [_Drawn(result, _along(result, over), window) for result in results]
+    return [
+        _Drawn(result, _along(result, over), drawn_creepage(result, minimum_speed), window)
+        for result in results
+    ]
 
 
 def _along(result: Result, over: str) -> FloatArray:
@@ -279,7 +293,7 @@ def _force(axes: Axes, run: _Drawn) -> None:
 
 
 def _creepage(axes: Axes, run: _Drawn) -> None:
-    by_branch(axes, run, 100.0 * np.maximum(np.abs(drawn_creepage(run.result)), MIN_CREEPAGE))
+    by_branch(axes, run, 100.0 * np.maximum(np.abs(run.creepage), MIN_CREEPAGE))
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
@@ -306,7 +320,7 @@ def _speed(axes: Axes, run: _Drawn) -> None:
 
 def _trim_creepage(row: list[Axes], runs: Sequence[_Drawn]) -> None:
     """Limit the common creepage axis if only some runs slip away."""
-    creepages = [np.abs(drawn_creepage(run.result)) for run in runs]
+    creepages = [np.abs(run.creepage) for run in runs]
     largest = [float(np.nanmax(creepage, initial=0.0)) for creepage in creepages]
     if not min(largest) < MAX_CREEPAGE < max(largest):
         return
@@ -340,19 +354,20 @@ def _from_zero(axes: Axes) -> None:
         axes.set_ylim(top=0.0)
 
 
-def _factors(results: Sequence[Result]) -> list[tuple[str, Any, list[FloatArray]]]:
-    """Name, dashes and values in each run of the factors on friction and slope that are not 1."""
+def _factors(results: Sequence[Result]) -> list[tuple[str, dict[str, Any], list[FloatArray]]]:
+    """Name, look and values in each run of the factors on friction and slope."""
     left, right, slope = (
         [result[name] for result in results]
         for name in ("friction_scale_left", "friction_scale_right", "slope_scale")
     )
-    alike = all(map(np.array_equal, left, right))
-    one_sided = [
-        ("friction factor, left wheel", "-", left),
-        ("friction factor, right wheel", DASHED, right),
-    ]
-    found = [*([("friction factor", "-", left)] if alike else one_sided), (SLOPE, DOTTED, slope)]
-    return [row for row in found if row[0] != SLOPE or any((one != 1.0).any() for one in row[2])]
+    solid: dict[str, Any] = {"color": paint.ink, "ls": "-", "lw": 1.2}
+    found = [("friction factor", solid, left)]
+    if not all(map(np.array_equal, left, right)):
+        other = ("friction factor, right wheel", {**solid, "ls": DASHED}, right)
+        found = [("friction factor, left wheel", solid, left), other]
+    if any((one != 1.0).any() for one in slope):
+        found.append(("slope factor", {**solid, "color": paint.green}, slope))
+    return found
 
 
 def _friction_varies(results: Sequence[Result]) -> bool:
@@ -364,11 +379,11 @@ def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
     """Draw the factors on friction and slope, on one scale for all runs."""
     top, factors = 1.0, _factors([run.result for run in runs])
     for number, (axes, run) in enumerate(zip(row, runs, strict=True)):
-        lines = [(dashes, values[number]) for _, dashes, values in factors]
+        lines = [(look, values[number]) for _, look, values in factors]
         friction = [run.result[f"friction_scale_{side}"] for side in ("left", "right")]
         axes.fill_between(run.at, 0.0, np.minimum(*friction), color=paint.shade, lw=0.0)
-        for dashes, values in lines:
-            axes.plot(run.at, values, color=paint.ink, ls=dashes, lw=1.2)
+        for look, values in lines:
+            axes.plot(run.at, values, **look)
         top = max(top, *(float(values.max()) for _, values in lines))
     row[0].set(ylim=(0.0, 1.1 * top), ylabel="friction\nfactor  [1]")
 
@@ -386,8 +401,7 @@ def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str) -> None:
         handles.append(Patch(color=paint.mixed(48), label=name))
     factors = _factors([run.result for run in runs])
     if len(factors) > 1:
-        for label, dashes, _ in factors:
-            handles.append(Line2D([], [], color=paint.ink, ls=dashes, lw=1.2, label=label))
+        handles += [Line2D([], [], label=label, **look) for label, look, _ in factors]
     sizes = [len(handle.get_label()) + 6 for handle in handles]
     width = line_length(figure, 12.0)
     columns = len(handles) if sum(sizes) <= width else width // max(sizes)

@@ -377,12 +377,16 @@ def add_caption(figure: Figure, caption: str) -> None:
         figure.supxlabel(typeset(figure, caption), x=0.01, **look)
 
 
-def drawn_creepage(result: Result) -> FloatArray:
-    """Creepage of a run; nan where its reference speed is not the vehicle's, near standstill."""
+def drawn_creepage(result: Result, minimum_speed: float = 0.0) -> FloatArray:
+    """Creepage of a run; nan near standstill.
+
+    That is below the minimum speed [m/s], and where the reference speed is not the vehicle's.
+    """
     creepage, speed, slip = (result[name] for name in ("creepage", "speed", "slip_velocity"))
     true = np.isclose(np.abs(creepage * speed), np.abs(slip), rtol=1e-6, atol=1e-9)
     slowest = np.abs(speed[~true]).max(initial=0.0)
-    return np.where(np.abs(speed) > slowest, creepage, np.nan)
+    shown = (np.abs(speed) > slowest) & (np.abs(speed) >= minimum_speed)
+    return np.where(shown, creepage, np.nan)
 
 
 def end_of_curve(element: ForceElement) -> float:

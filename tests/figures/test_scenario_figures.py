@@ -123,8 +123,10 @@ def test_friction_itself_is_drawn_on_one_scale(
     for figure, places in ((of_time, None), (along, "distance")):
         for axes, run in zip(figure.axes[-2:], both.values(), strict=True):
             (line,) = axes.lines
-            assert_allclose(line.get_ydata(), run["friction_scale_left"])
-            assert_allclose(line.get_xdata(), run.time if places is None else run[places])
+            assert_allclose(np.asarray(line.get_ydata()), run["friction_scale_left"])
+            assert_allclose(
+                np.asarray(line.get_xdata()), run.time if places is None else run[places]
+            )
             (band,) = axes.collections
             assert band.get_datalim(axes.transData).y1 == run["friction_scale_left"].max()
         assert len({axes.get_ylim() for axes in figure.axes[-2:]}) == 1
@@ -151,7 +153,7 @@ def test_wheels_and_slope_have_factors_of_their_own(wet: cl.Scenario) -> None:
     figure = scenario_run(run, cl.metrics(run, case.drivetrain), title="", caption=CAPTION)
     names = ("friction_scale_left", "friction_scale_right", "slope_scale")
     for line, name in zip(figure.axes[-1].lines, names, strict=True):
-        assert_allclose(line.get_ydata(), run[name])
+        assert_allclose(np.asarray(line.get_ydata()), run[name])
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend[-3:] == [
         "friction factor, left wheel",
@@ -201,7 +203,7 @@ def test_a_vibration_is_its_envelope_and_a_slow_cycle_a_line(wet: cl.Scenario, o
     low, high = 8.0 - 3.0, 8.0 + 2.0
     assert_allclose(band.get_datalim(axle.transData).intervaly, [low, high], rtol=1e-3)
     (path,) = band.get_paths()
-    first = path.vertices[:, 0].min()
+    first = np.asarray(path.vertices)[:, 0].min()
     covered = at >= first
     assert time[covered][0] > 4.013 - 0.05
     inside = path.contains_points(np.column_stack([at, values])[covered], radius=1e-3)
@@ -228,7 +230,7 @@ def test_an_envelope_never_exceeds_the_demand(wet: cl.Scenario) -> None:
     axes = scenario_run(run, cl.metrics(run, wet.drivetrain), title="", caption="").axes[2]
     (band,) = (c for c in axes.collections if isinstance(c, PolyCollection))
     for path in band.get_paths():
-        x, y = path.vertices.T
+        x, y = np.asarray(path.vertices).T
         # Within a window of 50 ms and a row the demand falls by 0.101 kN m.
         assert (y <= np.interp(x, time, 1e-3 * demand) + 0.101 + 1e-9).all()
 
@@ -263,6 +265,14 @@ def test_creepage_is_drawn_only_where_it_is_slip_over_speed(wet: cl.Scenario) ->
     below = np.abs(run["speed"]) < 0.9 * minimum
     assert np.abs(run["creepage"])[below].max() > 1e-3
     assert not shown[below].any()
+    remembers = cl.run_scenario(
+        replace(slow, drivetrain=wet.drivetrain, demand=demand), "open_loop"
+    )
+    found = cl.metrics(remembers, wet.drivetrain)
+    figure = scenario_run(remembers, found, title="", caption="", minimum_speed=minimum)
+    lines = np.array([np.asarray(line.get_ydata(), float) for line in figure.axes[1].lines[:2]])
+    drawn_at = np.isfinite(lines).any(axis=0)
+    assert drawn_at.tolist() == (np.abs(remembers["speed"]) >= minimum).tolist()
     assert shown[np.abs(run["speed"]) >= minimum].all()
     assert 0.0 < below.mean() < 1.0
 
