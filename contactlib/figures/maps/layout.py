@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.maps.meaning import geometric, words
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import line_length, new_figure, plain_log, sized, typeset, wrapped
+from contactlib.figures.style import (
+    line_length,
+    new_figure,
+    page_size,
+    plain_log,
+    sized,
+    typeset,
+    wrapped,
+)
 from contactlib.runs.analysis import MARGIN
 
 if TYPE_CHECKING:
@@ -26,6 +34,10 @@ FEW = 4  # a parameter with fewer values becomes lines or panels, not an axis of
 PANELS, WIDEST = 9, 3  # largest number of panels, and of panels side by side
 FEW_TICKS = 6  # number of values up to which an axis labels each
 ROUND = (1, 2, 5, 10)  # steps between tick labels
+CAPTION_LINES, LINE = (
+    3,
+    0.17,
+)  # lines of a caption that need no more height, and that of a line [in]
 CHARACTERS = 12.5  # characters of a title or legend in an inch
 
 
@@ -201,11 +213,15 @@ def frame(figure: Figure, title: str, handles: dict[str, Any], caption: str) -> 
     figure.suptitle(lines, x=0.01, ha="left", fontsize=sized(12))
     longest = max((len(text) for text in handles), default=0)
     columns = width // (longest + 5)
+    text = typeset(figure, caption)
+    if page_size.now is None:  # a long caption does not take the height of the axes
+        more = sized(LINE) * max(0, text.count("\n") + 1 - CAPTION_LINES)
+        figure.set_figheight(figure.get_figheight() + more)
     figure.legend(
         handles=list(handles.values()),
         loc="outside lower left",
         ncols=min(max(1, columns), max(1, len(handles))),
-        title=typeset(figure, caption),
+        title=text,
         title_fontsize=sized(9),
         alignment="left",
         handlelength=1.6,

@@ -51,7 +51,7 @@ def test_an_axis_that_does_not_matter_is_left_out() -> None:
 
 
 def test_captions_break_no_word_and_sentences_end_once() -> None:
-    made = analysed()
+    made = analysed().copy(deep=True)
     made.attrs |= {
         "source": "Scenario: mine.toml; the rest\n is chosen.\n ",
         "vehicle": json.dumps(tomllib.loads(model_path("locomotive.toml").read_text())),
@@ -74,14 +74,14 @@ def test_captions_break_no_word_and_sentences_end_once() -> None:
 
 @pytest.mark.parametrize("vehicle", ["", "no JSON", "[1]", '{"contact": 3}', '{"law": {}}'])
 def test_a_sweep_without_a_wheelset_is_drawn_too(vehicle: str) -> None:
-    made = analysed()
+    made = analysed().copy(deep=True)
     made.attrs["vehicle"] = vehicle
     caption = map_figure(made, "critical_torque").legends[0].get_title().get_text()
     assert "Unless" not in caption
 
 
 def test_an_axis_without_a_label_is_named_in_words() -> None:
-    made = analysed()
+    made = analysed().copy(deep=True)
     made["load"].attrs["long_name"] = "vehicle.contact.normal_load"
     assert words(made["load"]).name == "vehicle contact normal load"
     made["load"].attrs["long_name"] = "load (max. of 2)"
