@@ -85,6 +85,19 @@ def test_s_curve_is_the_quasi_steady_torque(figures: dict[str, Figure], rig: cl.
     assert f"{1e-3 * fold.drive_torque:.4g} kN m" in texts
 
 
+def test_s_curves_beyond_the_law_are_noted(rig: cl.Model) -> None:
+    """k_hat grows like the root of 1/friction."""
+    friction = rig.wheelset.element.friction
+    long = replace(friction, weakening_length=36.0 * friction.weakening_length)  # k_hat 1.8
+    with pytest.warns(cl.element.ProcessZoneWarning):
+        element = replace(rig.wheelset.element, friction=long)
+    figure = STABILITY_FIGURES["s_curve"].draw(replace(rig.wheelset, element=element), V)
+    (title,) = (
+        axes.get_title(loc="left") for axes in figure.axes if "factor" in axes.get_title(loc="left")
+    )
+    assert title == r"Friction factor; $\hat K$ is held at 2 from 0.75 down"
+
+
 def test_s_curve_marks_the_states_of_a_torque(figures: dict[str, Figure], rig: cl.Model) -> None:
     axes = figures["s_curve"].axes[-1]
     dots = checks.marks(axes, "o")

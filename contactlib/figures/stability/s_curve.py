@@ -64,7 +64,13 @@ def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
         of_friction = {
             f"{m:g}": s_curve(wheelset, speed=speed, friction_scale=m) for m in FRICTIONS
         }
-        _family(grid[1, 1], of_friction, "Friction factor")
+        held = [m for m in FRICTIONS if _k_hat_held(wheelset, speed, m)]
+        beyond = (
+            rf"; $\hat K$ is held at {wheelset.element.table.k_max:g} from {max(held):g} down"
+            if held
+            else ""
+        )
+        _family(grid[1, 1], of_friction, f"Friction factor{beyond}")
         add_caption(
             figure,
             "A slow torque ramp follows the lower branch to the fold, jumps up, and re-adheres "
@@ -72,6 +78,13 @@ def s_curve_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"the middle one is the border of the basin of grip. {setting(wheelset, speed)}",
         )
     return figure
+
+
+def _k_hat_held(wheelset: Wheelset, speed: float, friction: float) -> bool:
+    """Whether k_hat exceeds the largest value of the law at a factor on friction."""
+    creepage = wheelset.element.saturation_creepage
+    record = wheelset.element.at_creepage(creepage, speed=speed, friction_scale=friction)
+    return bool(record["k_hat_limited"])
 
 
 def _annotated(axes: Axes, wheelset: Wheelset, speed: float, curve: SCurve, fold: Fold) -> None:
