@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 import os
+import re
 import signal
 import tomllib
 from collections.abc import Iterator
@@ -187,6 +188,19 @@ def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert torque() == torque("--seed", "0")  # the file's
     assert torque("--seed", "1") == torque("--seed", "1")
     assert torque("--seed", "1") != torque("--seed", "2")
+
+
+def test_figures_may_be_drawn_over_the_distance(tmp_path: Path) -> None:
+    (tmp_path / "short.toml").write_text(SHORT)
+    for over, label in (("time", "time  [s]"), ("distance", "distance  [m]")):
+        command = ["simulate", tmp_path / "short.toml", "--over", over, "--format", "svg"]
+        done(*command, "-o", tmp_path / over)
+        drawn = (tmp_path / over / "plain.svg").read_text()
+        assert label.replace("  ", " ") in re.sub(" +", " ", drawn)
+        assert "friction" in drawn
+    assert "'place' is not one of 'time', 'distance'" in refused(
+        "simulate", tmp_path / "short.toml", "--over", "place"
+    )
 
 
 def test_one_run_has_no_comparison(tmp_path: Path) -> None:
