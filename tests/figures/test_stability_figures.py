@@ -185,6 +185,16 @@ def test_phase_plane_has_the_separatrix(
     assert_allclose(edge[[0, 9, 18]], some, rtol=1e-9)
 
 
+def test_phase_plane_shows_the_speeds_that_grip(locomotive: cl.Model) -> None:
+    """With much damping a torque is too large at lower speed, and slips at none at higher speed."""
+    damped = replace(locomotive.wheelset, damping=1e3)
+    axes = STABILITY_FIGURES["phase"].draw(damped, V).axes[0]
+    edge, speeds, _ = checks.lines(axes, "separatrix")
+    assert axes.get_ylim() == (speeds[0], speeds[-1])
+    assert 0.7 * V < speeds[0] <= V < speeds[-1] < 1.6 * V
+    assert np.isfinite(edge).all()
+
+
 def test_slip_away_points_are_on_the_integral(figures: dict[str, Figure], rig: cl.Model) -> None:
     axes = figures["slip_away"].axes[1]
     overload, exact, style = checks.lines(axes, "integral")

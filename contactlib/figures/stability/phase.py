@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -102,8 +103,7 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
 
 def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
     """Creepage and speed of a free wheelset, with the separatrix."""
-    speeds = speed * np.linspace(0.7, 1.6, 19)
-    edge = separatrix(wheelset, drive_torque=torque, speed=speeds)
+    speeds, edge = _bordered(wheelset, torque, speed * np.linspace(0.7, 1.6, 19))
     far = FAR * border.highest
     axes.fill_betweenx(speeds, 0.0, edge, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
     axes.plot(edge, speeds, color=paint.ink, lw=1.8, ls=DASHED, label="separatrix")
@@ -114,7 +114,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
         grip.append(inside[0])
         rest.append(inside[1] if inside.size > 1 else np.nan)
     axes.plot(grip, speeds, color=paint.ink, lw=1.8, label="grip, quasi-steady")
-    for v in speed * np.array([0.75, 1.0, 1.25]):
+    for v in np.clip(speed * np.array([0.75, 1.0, 1.25]), speeds[0], speeds[-1]):
         own = float(np.interp(v, speeds, edge))
         for part in (0.1, 0.9, 1.1):
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
@@ -126,6 +126,18 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
             _arrow(axes, run["creepage"], run["speed"], line["color"], far)
     limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (speeds[0], speeds[-1])}
     labelled(axes, "creepage", "speed", "Creepage and speed", legend={}, **limits)
+
+
+def _bordered(
+    wheelset: Wheelset, torque: float, speeds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The speeds at which a state grips under the torque and slips away from a border; these."""
+    edges = np.full(speeds.shape, np.nan)
+    for i, v in enumerate(speeds):
+        with suppress(ValueError):  # nothing grips
+            edges[i] = separatrix(wheelset, drive_torque=torque, speed=float(v))
+    found = np.isfinite(edges)
+    return speeds[found], edges[found]
 
 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
