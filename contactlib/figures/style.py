@@ -410,7 +410,7 @@ def setting(wheelset: Wheelset, speed: float | None = None) -> str:
     parts += [
         f"$r$ {wheelset.radius:.3g} m",
         f"$J$ {wheelset.inertia:.4g} kg m$^2$",
-        f"$b$ {wheelset.damping:.3g} N m s",
+        f"$b$ {wheelset.damping:.4g} N m s",
     ]
     if wheelset.mass is not None:
         parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")

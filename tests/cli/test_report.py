@@ -193,8 +193,8 @@ def test_the_seed_may_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 def test_figures_may_be_drawn_over_the_distance(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SHORT)
     for over, label in (("time", "time  [s]"), ("distance", "distance  [m]")):
-        command = ["simulate", tmp_path / "short.toml", "--over", over, "--format", "svg"]
-        done(*command, "-o", tmp_path / over)
+        file, options = tmp_path / "short.toml", ("--over", over, "--format", "svg")
+        done("simulate", file, *options, "-o", tmp_path / over)
         drawn = (tmp_path / over / "plain.svg").read_text()
         assert label.replace("  ", " ") in re.sub(" +", " ", drawn)
         assert "friction" in drawn

@@ -41,6 +41,8 @@ from contactlib.vehicle.wheelset import Wheelset
 
 LOAD = 0.97  # torque / fold torque
 STARTS = (0.1, 0.5, 0.8, 0.95, 1.05, 1.2, 1.6)  # initial creepages / creepage of the border
+SPANS = ((0.7, 1.6), (0.95, 1.1), (0.99, 1.02))  # of the axis of speed / the model's
+ENOUGH = 6  # of the speeds that have a border, for an axis
 FAR = 3.0  # end of the creepage axis / creepage of the border
 
 
@@ -103,7 +105,10 @@ def _rate(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: B
 
 def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:
     """Creepage and speed of a free wheelset, with the separatrix."""
-    speeds, edge = _bordered(wheelset, torque, speed * np.linspace(0.7, 1.6, 19))
+    for ends in SPANS:
+        speeds, edge = _bordered(wheelset, torque, speed * np.linspace(*ends, 19))
+        if speeds.size > ENOUGH:
+            break
     far = FAR * border.highest
     axes.fill_betweenx(speeds, 0.0, edge, facecolor=paint.shade, hatch="//", lw=0.0, zorder=0)
     axes.plot(edge, speeds, color=paint.ink, lw=1.8, ls=DASHED, label="separatrix")
@@ -114,7 +119,7 @@ def _plane(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: 
         grip.append(inside[0])
         rest.append(inside[1] if inside.size > 1 else np.nan)
     axes.plot(grip, speeds, color=paint.ink, lw=1.8, label="grip, quasi-steady")
-    for v in np.clip(speed * np.array([0.75, 1.0, 1.25]), speeds[0], speeds[-1]):
+    for v in speeds[0] + np.array([1.0, 6.0, 11.0]) / 18.0 * (speeds[-1] - speeds[0]):
         own = float(np.interp(v, speeds, edge))
         for part in (0.1, 0.9, 1.1):
             run = _run(wheelset, torque, float(v), part * own, 0.4 * speed, far)
