@@ -293,12 +293,17 @@ def tune(
 )
 @click.option(
     "--trials",
-    type=int,
+    type=Whole(0),
     metavar="N",
     help="Number of settings that were tried when your controller was tuned, for the table.",
 )
 @click.option(
-    "--seed", type=int, default=1, show_default=True, metavar="N", help="Seed of the tracks."
+    "--seed",
+    type=Whole(0),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Seed of the tracks.",
 )
 @click.option("--small", is_flag=True, help="Run the small form: 24 runs for each, not 840.")
 @output_option("contactlib-benchmark", "Folder for benchmark.txt, benchmark.csv, benchmark.json.")

@@ -513,6 +513,7 @@ EXEMPT: dict[str, str] = {
         ),
         EVERY_STEP,
     ),
+    "Wheelset.jacobians": "of points that its caller has checked: stability/test_poles.py",
     "Conditions": "made and checked by Wheelset.conditions",
     "FmuSource": "has a file: export/test_interop.py",
     "MeasuredCurve.from_csv": "has a file: laws/test_measured.py",

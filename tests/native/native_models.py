@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -26,7 +27,9 @@ def with_memory(model: cl.Model, memory: bool = True) -> cl.Model:
 def shifted_curve(rig: cl.Model, shift: float) -> cl.Model:
     """The rig with a measured curve whose creepages are wrong by a shift."""
     zeta = np.geomspace(0.02, 4.0, 40) * 1e-2
-    curve = cl.MeasuredCurve(zeta + shift, 0.3 * np.tanh(zeta / 0.006), smoothing=1e-9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cl.InputWarning)  # which doubts the shift
+        curve = cl.MeasuredCurve(zeta + shift, 0.3 * np.tanh(zeta / 0.006), smoothing=1e-9)
     element = cl.ForceElement.from_curve(
         curve, rig.wheelset.element.contact, radius=rig.wheelset.radius
     )

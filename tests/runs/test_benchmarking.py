@@ -24,7 +24,7 @@ from contactlib.runs.tuning import UNSEEN
 from contactlib.traction import Measurement
 
 INPUTS = {
-    2: "8ab4ae0589a7a319e8969c07188a0810e6c604a5251728ea1885898f03cd25d5"
+    2: "bfdc840780175f2b4f0c05ea055364d1e177fd93a4419972f023bce34ce2d9cc"
 }  # digest of what a version runs
 
 
