@@ -371,6 +371,7 @@ OVERRIDES: dict[str, dict[str, Any]] = {
     "CreepPI": {**LIMITER, "reference_torque": 1e4},
     "Drivetrain": {"motor": lambda: Motor()},
     "RailState": {"distance": lambda: row(20.0, 5.0)},
+    "benchmark_scenarios": {"small": True},
     "ForceElement.at_creepage": {"normal_load": 1e5, "friction_scale": 0.9},
     "ForceElement.evaluate elliptic": {
         "lateral_velocity": 2e-3 * SPEEDS,
@@ -513,6 +514,7 @@ EXEMPT: dict[str, str] = {
         ),
         EVERY_STEP,
     ),
+    "benchmark": "its seed is that of benchmark_scenarios, which is called",
     "Wheelset.jacobians": "of points that its caller has checked: stability/test_poles.py",
     "Conditions": "made and checked by Wheelset.conditions",
     "FmuSource": "has a file: export/test_interop.py",
