@@ -107,8 +107,8 @@ def poles(
     -------
     ndarray, shape (..., n)
         One eigenvalue if the speed is held, else two: those of creepage and vehicle speed. They
-        are real unless friction falls with slip speed. A contact with memory adds two, of its held
-        force and of its part that has not slipped.
+        are real unless friction falls with slip speed. A contact with memory adds that of its held
+        force.
 
     Raises
     ------

@@ -122,10 +122,10 @@ def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> Floa
 def _remembering_eigenvalues(
     drivetrain: Drivetrain, axle: Axle, point: OperatingPoint
 ) -> FloatArray:
-    """Eigenvalues of half the difference of omega, twist, held traction and unslipped part."""
+    """Eigenvalues of half the difference of omega, twist and held traction."""
     held, j = replace(drivetrain.wheelset, mass=None), drivetrain.wheelset.inertia
-    matrix = np.zeros((4, 4))
-    places = [0, 2, 3]
+    matrix = np.zeros((3, 3))
+    places = [0, 2]
     matrix[np.ix_(places, places)] = held.jacobians(
         point.creepage,
         speed=point.speed,

@@ -104,7 +104,8 @@ class OperatingPoint:
     resistance_slope : float
         F' = dF/dV [N.s/m].
     jacobian : ndarray
-        Jacobian of (omega, speed), or of omega alone if the speed is held [1/s, ...].
+        Jacobian over `Wheelset.states`: omega and, unless it is held, speed; with memory the held
+        traction, too [1/s, ...].
     """
 
     omega: float

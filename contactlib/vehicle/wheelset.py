@@ -45,8 +45,7 @@ if TYPE_CHECKING:
 
 INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
 NO_RESISTANCE = Resistance()
-MEMORY_STATES = ("held_traction", "unslipped")  # of a contact, as in fmu/kernel/memory.h
-STATES = ("omega", "speed", *MEMORY_STATES)
+STATES = ("omega", "speed", "held_traction")
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
@@ -230,9 +229,14 @@ class Wheelset(Parameters):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states: ``speed`` unless it is held, and those of a contact with memory."""
-        moving = ("omega",) if self.speed_held else ("omega", "speed")
-        return (*moving, *MEMORY_STATES) if self.element.memory else moving
+        """Names of the linearised states: ``speed`` unless held, ``held_traction`` with memory.
+
+        They do not depend on the unslipped part of a contact with memory, which has a kink in
+        steady rolling.
+        """
+        left_out = {"speed"} if self.speed_held else set()
+        left_out |= set() if self.element.memory else {"held_traction"}
+        return tuple(name for name in STATES if name not in left_out)
 
     def jacobians(
         self,
@@ -252,9 +256,7 @@ class Wheelset(Parameters):
         Returns
         -------
         ndarray, shape (..., n, n)
-            Over the n `states`: angular velocity [rad/s], speed [m/s], creep force over load [1],
-            and the part of the contact that has not slipped [1]. Where part of the contact sticks
-            the last has a kink: its rate is that of growing slip, its force that of falling slip.
+            Over the n `states`: angular velocity [rad/s], speed [m/s], creep force over load [1].
         """
         given = np.broadcast_arrays(creepage, speed, normal_load, friction_scale)
         inputs = np.zeros(given[0].shape, kernel.struct_dtype("force_element_input"))
@@ -267,18 +269,16 @@ class Wheelset(Parameters):
             inputs["held_traction"] = contact["steady_traction"]
             inputs["unslipped"] = contact["sticking"]
             contact = native.evaluate(inputs)
-        found = np.zeros((*given[0].shape, 4, 4))
+        found = np.zeros((*given[0].shape, 3, 3))
         per_mass = 0.0 if self.mass is None else 1.0 / self.mass
         growth = resistance.linear + 2.0 * resistance.quadratic * np.abs(given[1])  # F'
         for column, by in enumerate(("omega", "speed", "traction")):
             force = contact[f"force_by_{by}"]
             found[..., 0, column] = -self.radius * force / self.inertia
             found[..., 1, column] = force * per_mass
+            found[..., 2, column] = contact[f"traction_by_{by}"]
         found[..., 0, 0] -= self.damping / self.inertia
         found[..., 1, 1] -= growth * per_mass
-        for row, rate in enumerate(("traction", "unslipped"), start=2):
-            for column, by in enumerate(("omega", "speed", "traction", "unslipped")):
-                found[..., row, column] = contact[f"{rate}_by_{by}"]
         kept = [STATES.index(name) for name in self.states]
         return np.asarray(found[..., kept, :][..., kept])
 
@@ -346,8 +346,8 @@ class Wheelset(Parameters):
     def linearize(self, point: OperatingPoint) -> StateSpace:
         """Linear model about an operating point, for python-control.
 
-        States as in `states`: ``omega``, ``speed`` unless it is held, and with memory
-        ``held_traction`` and ``unslipped``; inputs ``drive_torque`` and ``resistance_force``;
+        States as in `states`: ``omega``, ``speed`` unless it is held, and ``held_traction`` with
+        memory; inputs ``drive_torque`` and ``resistance_force``;
         outputs ``omega``, ``speed``, ``creepage``, ``creep_force``.
         """
         control = optional_library("control")
@@ -361,7 +361,7 @@ class Wheelset(Parameters):
             point.resistance_force,
         )
         kept = [STATES.index(name) for name in self.states]
-        by_input, by_state = np.zeros((4, 2)), np.zeros((4, 4))
+        by_input, by_state = np.zeros((3, 2)), np.zeros((4, 3))
         by_input[0, 0] = 1.0 / self.inertia
         by_input[1, 1] = 0.0 if self.mass is None else -1.0 / self.mass
         by_state[0, 0] = by_state[1, 1] = 1.0
@@ -383,8 +383,8 @@ class Wheelset(Parameters):
     def to_nlsys(self, *, speed: float | None = None) -> NonlinearIOSystem:
         """The equations of motion, for python-control.
 
-        States as in `states`; inputs ``drive_torque``, ``normal_load``, ``friction_scale`` and
-        ``resistance_force``, all needed in this order; outputs ``omega``,
+        States as in `states`, and ``unslipped`` with memory; inputs ``drive_torque``,
+        ``normal_load``, ``friction_scale`` and ``resistance_force``, all needed in this order; outputs ``omega``,
         ``speed``, ``creepage``, ``creep_force``. `control.input_output_response` steps over a short
         pulse of an input unless its ``solve_ivp_kwargs`` have a ``max_step``; `simulate` does not.
 
@@ -432,7 +432,7 @@ class Wheelset(Parameters):
             update,
             output,
             name="wheelset",
-            states=list(self.states),
+            states=[*self.states, *(["unslipped"] if self.element.memory else [])],
             inputs=list(SIGNALS_IN),
             outputs=list(SIGNALS_OUT),
             params={"speed": checked_number("speed", speed, FINITE)} if speed is not None else {},

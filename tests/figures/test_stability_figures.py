@@ -500,7 +500,7 @@ def test_figures_of_steady_rolling_warn_of_memory(
 ) -> None:
     element = replace(rig.wheelset.element, memory=True)
     body = replace(rig.wheelset, element=element)
-    with pytest.warns(SteadyRollingWarning, match=f"{name}_figure takes rolling as steady"):
+    with pytest.warns(SteadyRollingWarning, match=f"stability_{name} takes rolling as steady"):
         figure = STABILITY_FIGURES[name].draw(body, V)
     for one, other in zip(figure.axes, figures[name].axes, strict=True):
         for line, same in zip(one.lines, other.lines, strict=True):

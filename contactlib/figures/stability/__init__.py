@@ -38,8 +38,8 @@ def _steady(draw: Callable[[Wheelset, float], Figure]) -> Callable[[Wheelset, fl
     """Draw a figure of analyses that take rolling as steady; with memory this gives a warning."""
 
     def drawn(wheelset: Wheelset, speed: float) -> Figure:
-        at = wheelset.conditions(speed=speed)
-        return draw(steady_rolling(wheelset, draw.__name__, at), speed)
+        name = f"stability_{draw.__name__.removesuffix('_figure')}"
+        return draw(steady_rolling(wheelset, name, wheelset.conditions(speed=speed)), speed)
 
     return drawn
 

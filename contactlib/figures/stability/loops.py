@@ -79,7 +79,8 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"{plant.pole:.3g} 1/s and $g=r/(JV)$ = {plant.gain:.3g} 1/(N\u00a0m\u00a0s). Sampled: "
             "each reading acts one sample later, so $\\tau$ is 1.5 samples. The left panel and the "
             f"{'' if wheelset is given else 'smallest and '}largest gains assume a constant "
-            f"vehicle speed: $g/(s-p)$. {setting(given, speed)}",
+            "vehicle speed: $g/(s-p)$. Rolling is taken as steady. "
+            f"{setting(given, speed)}",
         )
     return figure
 

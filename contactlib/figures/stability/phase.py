@@ -62,7 +62,7 @@ def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"Drive torque {1e-3 * torque:.4g} kN m, {100.0 * LOAD:g} % of the fold's. From the "
             "hatched creepages the wheelset returns to grip; beyond the border (the unstable state "
             "or its separatrix) it slips away. Thin lines are simulated. "
-            f"{setting(wheelset, speed)}",
+            f"Rolling is taken as steady. {setting(wheelset, speed)}",
         )
     return figure
 

@@ -69,7 +69,7 @@ def slip_away_figure(wheelset: Wheelset, speed: float) -> Figure:
             figure,
             f"From rolling without creepage to {percent(end)} ({what}) at a constant torque "
             "above that of the fold. The smaller the overload, the longer the creepage lingers "
-            f"near the peak. {setting(wheelset, speed)}",
+            f"near the peak. Rolling is taken as steady. {setting(wheelset, speed)}",
         )
     return figure
 
@@ -145,7 +145,8 @@ def clearing_figure(wheelset: Wheelset, speed: float) -> Figure:
             figure,
             "Below each line the wheelset leaves a patch of low friction in time to regain grip at "
             "constant torque; above the line it slips away. The torques lie between those of "
-            f"return and fold on good friction. {setting(wheelset, speed)}",
+            "return and fold on good friction. Rolling is taken as steady. "
+            f"{setting(wheelset, speed)}",
         )
     return figure
 

@@ -57,7 +57,7 @@ def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"Axle of {FREQUENCY:g} Hz and {100.0 * drivetrain.torsional_damping_ratio:.3g} % of "
             "critical damping (chosen); the mean creepage is held. The amplitude grows where the "
             "effective slope of the force falls more steeply than the damping $2 D \\omega_t$ "
-            f"allows. Circles: simulated, after {CYCLES} cycles. "
+            f"allows. Circles: simulated, after {CYCLES} cycles. Rolling is taken as steady. "
             f"{setting(wheelset, speed)}",
         )
     return figure
