@@ -384,9 +384,10 @@ class Wheelset(Parameters):
         """The equations of motion, for python-control.
 
         States as in `states`, and ``unslipped`` with memory; inputs ``drive_torque``,
-        ``normal_load``, ``friction_scale`` and ``resistance_force``, all needed in this order; outputs ``omega``,
-        ``speed``, ``creepage``, ``creep_force``. `control.input_output_response` steps over a short
-        pulse of an input unless its ``solve_ivp_kwargs`` have a ``max_step``; `simulate` does not.
+        ``normal_load``, ``friction_scale`` and ``resistance_force``, all needed in this order;
+        outputs ``omega``, ``speed``, ``creepage``, ``creep_force``. For a short pulse of an input
+        `control.input_output_response` needs a ``max_step`` in its ``solve_ivp_kwargs``, as it
+        steps over the pulse; `simulate` does not.
 
         Parameters
         ----------
