@@ -348,6 +348,7 @@ static void test_curve(const creep_table *table, const force_element_parameters 
         wheelset_parameters body = SOME_BODY;
         body.damping = i % 3 == 0 ? 0.0 : random_exponent(-1.0, 3.0);
         if (i % 4 == 0) body.inverse_mass = 0.0;
+        if (i % 4 == 1) body.linear_resistance = body.quadratic_resistance = 0.0;
         creep_conditions at = {
             .speed = i % 5 == 0 ? 0.0 : random_exponent(-1.0, 2.0),
             .normal_load = {random_exponent(4.0, 6.0), random_exponent(4.0, 6.0)},
