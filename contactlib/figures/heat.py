@@ -154,7 +154,7 @@ def stability_over_speed(wheelsets: Mapping[str, Wheelset], speeds: ArrayLike) -
     if not 1 <= len(wheelsets) <= len(paint.three):
         raise ValueError(f"wheelsets has {len(wheelsets)} members: must have 1 to 3")
     with styled():
-        figure, axes = new_figure(9.6, 4.2, ncols=3)
+        figure, axes = new_figure(9.6, 4.9, ncols=3)
         for (name, wheelset), (color, width) in zip(wheelsets.items(), paint.three, strict=False):
             folds = [find_fold(wheelset, speed=v).drive_torque for v in values]
             growth = [1.0 / worst_pole(wheelset, speed=v).pole for v in values]

@@ -57,6 +57,7 @@ def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, fl
     and the largest force are both proportional.
     """
     element, radius = wheelset.element, wheelset.radius
+    speed = wheelset.conditions(speed=speed).speed
     slope = element.steepest_gradient(speed) * speed
     return {
         "speed_noise": math.hypot(sensors.wheel_speed_noise, sensors.vehicle_speed_noise),

@@ -233,7 +233,7 @@ class Track:
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
         recovered: Annotated[float, FACTOR] = 1.0,
-        start: Annotated[float, Quantity("m")] = 0.0,
+        start: Annotated[float, Quantity("m", at_least=-1e9, at_most=1e9)] = 0.0,
         direction: Literal["increasing", "decreasing"] = "increasing",
         unit: Literal["factor", "coefficient"] = "factor",
     ) -> Track:

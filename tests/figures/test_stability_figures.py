@@ -376,14 +376,6 @@ def test_simulated_amplitudes_are_on_the_stable_branch(
         assert one_rests == (both[0] < centre < both[1])
 
 
-@pytest.mark.parametrize("name", ["phase", "slip_away", "torsion"])
-def test_a_refusal_of_memory_names_the_key_of_the_file(locomotive: cl.Model, name: str) -> None:
-    body = locomotive.wheelset
-    remembers = replace(body, element=replace(body.element, memory=True))
-    with pytest.raises(ValueError, match=r"memory = false in \[contact\]"):
-        STABILITY_FIGURES[name].draw(remembers, V)
-
-
 @pytest.mark.parametrize(
     ("changes", "remedy"),
     [
