@@ -21,7 +21,7 @@ import pytest
 from exported_fmu import exported, fitting
 from fmpy.fmi1 import FMICallException
 from fmu_instance import EXPORTS, Instance
-from native_models import shifted_curve, with_memory
+from native_models import with_memory, with_shift
 from plain_scenario import controls
 
 import contactlib as cl
@@ -829,7 +829,7 @@ def test_wrong_parallel_exchange_is_reported_once(
 def test_steps_that_are_too_long_for_a_curve_that_rises_in_an_s_are_reported(
     rig: cl.Model, tmp_path: Path, shift: float
 ) -> None:
-    model = shifted_curve(rig, shift)
+    model = with_shift(rig, shift)
     wheelset, speed = model.wheelset, 10.0
     limit = longest_step(Description(model, "force_element"))
     folder = exported(model, tmp_path)

@@ -18,7 +18,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 import contactlib as cl
+from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import c_sources, package_folder
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
@@ -157,10 +161,23 @@ def measured(
     return counts(folder)
 
 
+class SShaped:
+    """A law of one axis that rises in an S."""
+
+    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
+        x = np.asarray(normalized_creepage, dtype=np.float64)
+        u = np.abs(x) / (1.0 + np.abs(x))
+        return np.asarray(np.sign(x) * u * (0.3 + u * (2.1 - 1.4 * u)))
+
+    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
+        x = np.abs(np.asarray(normalized_creepage, dtype=np.float64))
+        u = x / (1.0 + x)
+        return np.asarray((0.3 + 4.2 * u * (1.0 - u)) / (1.0 + x) ** 2)
+
+
 def shapes(cohesive: cl.CreepForceTable) -> list[cl.CreepForceTable]:
     """Tables of every shape but a line contact's own: one axis, two, and with a corner."""
-    polach = cl.Polach.dry()
-    return [cl.CreepForceTable.from_law(polach), cl.carter_griffith_table("elliptic"), cohesive]
+    return [cl.CreepForceTable.from_law(SShaped()), cl.carter_griffith_table("elliptic"), cohesive]
 
 
 def main() -> None:

@@ -24,16 +24,21 @@ def with_memory(model: cl.Model, memory: bool = True) -> cl.Model:
     return replace(model, wheelset=replace(model.wheelset, element=element))
 
 
-def shifted_curve(rig: cl.Model, shift: float) -> cl.Model:
-    """The rig with a measured curve whose creepages are wrong by a shift."""
+def shifted_curve(shift: float) -> cl.MeasuredCurve:
+    """A measured curve whose creepages are wrong by a shift, so that it rises in an S."""
     zeta = np.geomspace(0.02, 4.0, 40) * 1e-2
+    traction = 0.3 * np.tanh(zeta / 0.006)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.InputWarning)  # which doubts the shift
-        curve = cl.MeasuredCurve(zeta + shift, 0.3 * np.tanh(zeta / 0.006), smoothing=1e-9)
-    element = cl.ForceElement.from_curve(
-        curve, rig.wheelset.element.contact, radius=rig.wheelset.radius
-    )
-    return replace(rig, wheelset=replace(rig.wheelset, element=element))
+        return cl.MeasuredCurve(zeta + shift, traction, smoothing=1e-9)
+
+
+def with_shift(model: cl.Model, shift: float) -> cl.Model:
+    """The model with such a curve."""
+    wheelset, curve = model.wheelset, shifted_curve(shift)
+    contact = wheelset.element.contact
+    element = cl.ForceElement.from_curve(curve, contact, radius=wheelset.radius)
+    return replace(model, wheelset=replace(wheelset, element=element))
 
 
 def native(description: Description, **start: float) -> kernel.NativeModel:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from native_models import native, shifted_curve, steady_memory, with_memory
+from native_models import native, steady_memory, with_memory, with_shift
 
 import contactlib as cl
 from contactlib import kernel
@@ -228,7 +228,7 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, memory
 def test_steps_fit_the_steepest_place_of_a_curve_that_rises_in_an_s(
     rig: cl.Model, shift: float, load: float
 ) -> None:
-    model, speed = shifted_curve(rig, shift), 5.0
+    model, speed = with_shift(rig, shift), 5.0
     description = Description(model, "force_element", whole_wheelset=True)
     element, m = description.element, description.start_values["effective_inverse_mass"]
     zeta = np.linspace(-0.02, 0.02, 4001)

@@ -95,6 +95,8 @@ static void test_force(const creep_table *table, const force_element_parameters 
         force_element_output out;
         force_element_evaluate(table, parameters, &in, &out);
         force_ranges any = {{-1e9, -1e9, -1e12, 0.0}, {1e9, 1e9, 1e12, 1e3}};
+        double steepest = force_element_steepest(table, parameters, &in, &out);
+        CHECK(isfinite(steepest) && steepest >= out.force_gradient);
         double alone = force_element_force(table, parameters, &any, in.omega, in.speed,
                                            in.normal_load, in.friction_scale);
         CHECK(alone == out.creep_force || parameters->relaxation_length > 0.0);
