@@ -121,20 +121,14 @@ def poles(
     limits = creepage_limits(wheelset.element, float(v.max(initial=slowest)))
     zeta = checked("creepage", creepage, limits)
     common_shape({"creepage": zeta, "speed": v})
+    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
+    load = wheelset.element.normal_load if normal_load is None else normal_load
+    given = {"normal_load": load, "friction_scale": friction_scale}
+    contact = wheelset.element.evaluate(omega=(1.0 + zeta) * v / r, speed=v, **given)
     if wheelset.element.memory:
-        load = wheelset.element.normal_load if normal_load is None else normal_load
-        given = {"normal_load": load, "friction_scale": friction_scale}
-        _ = wheelset.element.evaluate(omega=(1.0 + zeta) * v / wheelset.radius, speed=v, **given)
         found = np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given))
         found = found.astype(np.complex128)
         return np.take_along_axis(found, np.argsort(-found.real, axis=-1, kind="stable"), axis=-1)
-    r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
-    contact = wheelset.element.evaluate(
-        omega=(1.0 + zeta) * v / r,
-        speed=v,
-        normal_load=normal_load,
-        friction_scale=friction_scale,
-    )
     by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
