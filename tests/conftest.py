@@ -16,7 +16,7 @@ from outside_tools import missing
 
 import contactlib as cl
 from contactlib.table import building as table_module
-from contactlib.table import law_tables
+from contactlib.table import corner_sampling, law_tables
 from contactlib.table.creep_force_table import CreepForceTable
 
 if TYPE_CHECKING:
@@ -92,6 +92,8 @@ def coarse_cohesive_table() -> CreepForceTable:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(table_module, "CORNER_GRIDS", {4: ((128, 24),)})
         patch.setattr(table_module, "CERTIFIED_K_HATS", 8)
+        for panels, number in (("K_PANELS", 2), ("BELOW", 3), ("BEYOND", 2)):
+            patch.setattr(corner_sampling, panels, number)
         coarse = partial(CreepForceTable.from_law, target=1e-4, slope_target=3e-3)
         patch.setattr(CreepForceTable, "from_law", coarse)
         # Others, of this process and of this user, get the fine one.

@@ -19,6 +19,7 @@ from contactlib.kernel.library import ffi, library, struct_dtype
 from contactlib.laws.relaxation import standing_stiffness
 
 KINETIC, LOAD = 0.3, 80e3
+COARSE = (16, 32)  # the reference's grids here; see test_a_finer_reference_gives_the_same_errors
 
 
 @functools.cache
@@ -74,6 +75,7 @@ def errors(
     k_hat: float = 0.0,
     layer: float = 0.0,
     line: cl.ForceElement | None = None,
+    grids: tuple[int, int] = COARSE,
 ) -> FloatArray:
     """Errors of q at the reference's distances; a step at zero takes 1e-6 a."""
     of = line or element(aspect, nu, excess, k_hat, layer)
@@ -86,7 +88,7 @@ def errors(
         k_hat=k_hat,
         layer=layer,
         line=line is not None,
-        grids=(16, 32) if line else GRIDS,
+        grids=grids,
     )
     fine = np.r_[0.0, 1e-6, np.linspace(0.0, end, 40 * s.size)[1:]]
     found = rolled(of, fine, np.array([x(0.0), *map(x, fine[1:])]))
@@ -119,6 +121,17 @@ def test_steps_of_constant_friction(aspect: float, nu: float, layer: float) -> N
     every = np.concatenate(found)
     assert rms(every) < 0.03
     assert np.abs(every).max() < 0.14
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("excess", "k_hat"), [(0.0, 0.0), (4 / 7, 0.3)])
+def test_a_finer_reference_gives_the_same_errors(excess: float, k_hat: float) -> None:
+    for before, after in STEPS:
+        coarse, fine = (
+            errors(step(before, after), 5.0, 1.4, 0.28, excess, k_hat, grids=grids)
+            for grids in (COARSE, GRIDS)
+        )
+        assert rms(coarse - fine[1::2]) < 0.002
 
 
 @pytest.mark.parametrize("length", [6.0, pytest.param(24.0, marks=pytest.mark.slow)])
@@ -239,7 +252,13 @@ def test_lateral_steps(aspect: float, excess: float, k_hat: float) -> None:
         if before:
             place.roll(0.0, before, 100.0)
         s, q = history(
-            step(before, after), 5.0, a_over_b=aspect, excess=excess, k_hat=k_hat, component="y"
+            step(before, after),
+            5.0,
+            a_over_b=aspect,
+            excess=excess,
+            k_hat=k_hat,
+            component="y",
+            grids=COARSE,
         )
         found = [place.roll(0.0, after, ds)[1] for ds in np.diff(s)]
         every.append(np.array(found) - q[1:])

@@ -12,9 +12,13 @@ import pytest
 import contactlib
 
 MODULES = [info.name for info in pkgutil.walk_packages(contactlib.__path__, prefix="contactlib.")]
+SLOW = ("contactlib.runs.benchmarking", "contactlib.runs.tuning")
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in MODULES],
+)
 def test_docstrings(name: str) -> None:
     assert doctest.testmod(importlib.import_module(name)).failed == 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
 from tree import FOLDERS, ROOT
 
 KINDS = {".c", ".h", ".html", ".md", ".mo", ".py", ".toml", ".ts"}
@@ -50,14 +51,14 @@ def test_plain_words() -> None:
     for path in texts:
         if path in left_out or path.name == "explorer.html":  # a page that is built
             continue
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            for pattern, instead in PATTERNS.items():
-                found = re.search(pattern, line)
-                assert not found, f"{path}:{number}: {found and found[0]!r}: write {instead}"
+        text = path.read_text(encoding="utf-8")
+        for pattern, instead in PATTERNS.items():
+            for word in re.finditer(pattern, text, re.MULTILINE):
+                line = 1 + text.count("\n", 0, word.start())
+                pytest.fail(f"{path}:{line}: {word[0]!r}: write {instead}")
 
 
 def test_plain_names_of_files() -> None:
     for path in files():
         for pattern, instead in PATTERNS.items():
-            found = re.search(pattern, path.name)
-            assert not found, f"{path}: {found and found[0]!r}: write {instead}"
+            assert not re.search(pattern, path.name), f"{path}: write {instead}"
