@@ -57,7 +57,7 @@ class Instance:
         log: list[tuple[str, str]] | None = None,
         logging: bool = True,
     ) -> None:
-        self.description = fmpy.read_model_description(str(folder))
+        self.description = fmpy.read_model_description(str(folder), validate=False)
         self.version = int(self.description.fmiVersion[0])
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.booleans = {v.name for v in self.description.modelVariables if v.type == "Boolean"}
