@@ -38,7 +38,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     slope = cl.Profile((10.0, 10.0, 50.0, 70.0), (1.0, 0.3, 0.3, 2.0))
     tracks = [cl.Track(friction_left=STEP, slope=slope), split, cl.Track(friction_left=RAMP)]
     available = AvailableForce([Drivetrain(body) for body in bodies], tracks, loaded=True)
-    speed = np.concatenate([10.0 ** rng.uniform(-3.0, 2.7, (40, 3)), [[0.0, -0.05, -20.0]]])
+    speed = np.concatenate([10.0 ** rng.uniform(-3.0, 2.7, (15, 3)), [[0.0, -0.05, -20.0]]])
     where, when = rng.uniform(0.0, 90.0, speed.shape), 0.0
     scale = np.stack([t.friction_scale(x, when) for t, x in zip(tracks, where.T, strict=True)], 1)
     slopes = np.stack([track.slope(x) for track, x in zip(tracks, where.T, strict=True)], 1)
