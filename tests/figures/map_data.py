@@ -1,4 +1,4 @@
-"""Results of sweeps that are made up, and what the tests of maps look at."""
+"""Made-up results of sweeps."""
 
 from __future__ import annotations
 
@@ -7,11 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlib.runs.analysis import SWEEP_OUTCOMES
 
@@ -48,16 +44,13 @@ def described(name: str, dims: Any, values: ArrayLike) -> xr.DataArray:
 
 
 def grid(outcomes: dict[str, Any], **axes: ArrayLike) -> xr.Dataset:
-    """Outcomes as functions of the axes; those that give a row more are of the controllers."""
+    """Outcomes as functions of the axes; one more row than axes: of controllers."""
     values = np.meshgrid(*(np.asarray(v, dtype=float) for v in axes.values()), indexing="ij")
     data = xr.Dataset(attrs=ABOUT)
     for name, function in outcomes.items():
-        found = np.array(function(*values))
-        dims = (*["controller"] * (found.ndim - len(axes)), *axes)
-        if name == "failed":
-            data[name] = (dims, found)
-        else:
-            data[name] = described(name, dims, found)
+        outcome = np.array(function(*values))
+        dims = (*["controller"] * (outcome.ndim - len(axes)), *axes)
+        data[name] = (dims, outcome) if name == "failed" else described(name, dims, outcome)
     for name, at in axes.items():
         data = data.assign_coords({name: described(name, name, np.asarray(at, dtype=float))})
     if "controller" in data.dims:
@@ -78,38 +71,6 @@ def clearing(friction: Any, load: Any) -> Any:
 def utilisation(friction: Any, second: Any) -> Any:
     part = (1.0 - friction) * second / np.max(second)
     return [1.0 - 0.8 * part, 1.0 - 0.3 * part**2, 0.97 - 0.1 * part]
-
-
-def numbers(values: Any) -> NDArray[np.float64]:
-    """What a drawn object holds; nan where it is masked."""
-    return np.asarray(np.ma.asarray(values, dtype=np.float64).filled(np.nan))
-
-
-def cells(axes: Axes) -> QuadMesh:
-    (mesh,) = (c for c in axes.collections if isinstance(c, QuadMesh))
-    return mesh
-
-
-def marked(axes: Axes, colour: str, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
-    """Which points, over (y, x), are marked in a colour."""
-    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    inside = np.zeros(len(points), dtype=bool)
-    for found in axes.collections:
-        if not isinstance(found, PolyCollection):
-            continue
-        if np.allclose(numbers(found.get_facecolor()), to_rgba(colour)):
-            for path in found.get_paths():
-                inside |= path.contains_points(points)
-    return inside.reshape(np.size(y), np.size(x))
-
-
-def legend_texts(figure: Figure) -> list[str]:
-    (found,) = figure.legends
-    return [text.get_text() for text in found.get_texts()]
-
-
-def maps_of(figure: Figure) -> list[Axes]:
-    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
 
 
 @cache
