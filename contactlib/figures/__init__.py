@@ -2,7 +2,7 @@
 
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures
-from contactlib.figures.heat import stability_over_speed, thermal_curves, thermal_strips
+from contactlib.figures.heat import stability_over_speed, thermal_curves
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -53,6 +53,5 @@ __all__ = [
     "sensor_errors",
     "stability_over_speed",
     "thermal_curves",
-    "thermal_strips",
     "time_histories",
 ]

@@ -1,8 +1,8 @@
-"""Contact with thermal softening: along it, its creep curves and stability at several speeds."""
+"""Contact with thermal softening: its creep curves, and stability at several speeds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from contactlib.figures.style import (
     labelled,
     new_figure,
     paint,
-    percent,
     setting,
     styled,
     thermal_setting,
@@ -26,12 +25,6 @@ from contactlib.laws.traction_data import TractionData
 from contactlib.stability import clearing, find_fold, worst_pole
 from contactlib.vehicle.wheelset import Wheelset
 
-ALONG = (
-    "Shear traction and temperature along the middle of a contact at {speed:g} m/s. Surfaces enter "
-    "at the right, stick, and slip behind the stick boundary; there friction bounds the traction "
-    "and warms the surface, and friction is lower where it is warmer. The dashed line is the bound "
-    "of cold friction."
-)
 CURVES = (
     "Traction coefficient over creepage at several speeds, with the same constants. At the same "
     "creepage a faster wheel slips more metres per second, but its surfaces are together for a "
@@ -44,45 +37,6 @@ OVER_SPEED = (
     "critical torque it slips away on a patch of half the friction that lasts longer than the "
     "clearing time."
 )
-
-
-def thermal_strips(contact: ThermalContact, creepages: Sequence[float], *, speed: float) -> Figure:
-    """Shear traction and temperature along the middle strip, by the local solution.
-
-    Parameters
-    ----------
-    contact : ThermalContact
-        The contact.
-    creepages : sequence of float
-        One to three creepages [1], not 0.
-    speed : float
-        V [m/s].
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or there are more than three creepages.
-    """
-    if not 1 <= len(creepages) <= len(paint.three):
-        raise ValueError(f"creepages has {len(creepages)} numbers: must have 1 to 3")
-    with styled():
-        figure, (left, right) = new_figure(9.6, 4.6, ncols=2)
-        xi = np.linspace(-1.0, 1.0, 401)
-        bound = contact.friction.kinetic * 1e-6 * contact.heat.contact.peak_pressure
-        left.plot(xi, bound * np.sqrt(1.0 - xi**2), color=paint.grey, lw=1.0, ls=DASHED)
-        for creepage, (color, width) in zip(creepages, paint.three, strict=False):
-            strip = contact.strip(creepage, speed)
-            look = {"color": color, "lw": width, "label": f"creepage {percent(abs(creepage))}"}
-            left.plot(strip.position, 1e-6 * np.abs(strip.shear_traction), **look)
-            right.plot(strip.position, strip.temperature, **look)
-        place, limits = "position $x/a$  [1], leading edge at 1", (-1.0, 1.0)
-        labelled(left, place, "shear traction  [MPa]", xlim=limits, ylim=(0.0, None))
-        top = 1.3 * right.get_ylim()[1]  # room for the legend
-        legend, height = {"loc": "upper right"}, (0.0, top)
-        temperature = "temperature above ambient  [K]"
-        labelled(right, place, temperature, xlim=limits, ylim=height, legend=legend)
-        add_caption(figure, f"{ALONG.format(speed=speed)} {thermal_setting(contact)}")
-    return figure
 
 
 def thermal_curves(

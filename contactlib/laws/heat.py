@@ -28,7 +28,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
-from scipy.special import beta, hyp2f1
+from scipy.special import beta, gamma, hyp2f1
 
 from contactlib.base.quantities import (
     FINITE,
@@ -45,7 +45,6 @@ from contactlib.base.quantities import (
 )
 from contactlib.laws.friction import FALL_TEMPERATURE
 from contactlib.laws.hertz import Contact, EllipticContact
-from contactlib.laws.thermal_zone import MEAN
 
 CREEPAGE = Limits(at_least=-1.0, at_most=1e3)  # a wheel that turns back enters behind
 SPEED = Limits(above=0.0, at_most=1e4)
@@ -53,7 +52,10 @@ INNER = Limits(above=-1.0, below=1.0)
 TEMPERATURE = Quantity("K", at_least=-1e4, at_most=1e4)
 PROPERTY: dict[str, Any] = {"at_least": 1e-9, "at_most": 1e9}  # products do not overflow
 COEFFICIENT = Limits(at_least=0.0, at_most=1e6)
-# Pressure-weighted mean of Theta. A strip of an ellipse is w times as long, and T ~ w**1.5.
+# Pressure-weighted mean of Theta: sqrt(2 pi) times the integral of J1(k)**2 k**-2.5, which Weber
+# and Schafheitlin give. A strip of an ellipse is w times as long, and T ~ w**1.5.
+MEAN = math.sqrt(2.0 * math.pi) * gamma(2.5) * gamma(0.25)
+MEAN /= 2.0**2.5 * gamma(1.75) ** 2 * gamma(2.75)
 MEANS = {"line": MEAN, "elliptic": 0.75 * beta(0.5, 2.75) * MEAN}
 
 

@@ -1,10 +1,10 @@
-"""Creep force with thermal softening of friction: closed form and local solution."""
+"""Creep force with thermal softening of friction, in closed form."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,22 +14,15 @@ from contactlib.base.quantities import (
     FINITE,
     NOT_NEGATIVE,
     FloatArray,
-    Limits,
     Parameters,
     checked,
-    checked_number,
     common_shape,
-    derived,
 )
 from contactlib.laws.carter_griffith import CarterGriffith
 from contactlib.laws.friction import Friction
-from contactlib.laws.heat import CREEPAGE, INNER, MEANS, SPEED, ContactHeat, Softening
+from contactlib.laws.heat import CREEPAGE, MEANS, ContactHeat, Softening
 from contactlib.laws.scales import SLOPE_REDUCTION, k_hat, saturation_creepage
-from contactlib.laws.thermal_zone import NODES, ThermalZone, solve_thermal_zone
 
-STRIPS = 16  # of half an ellipse
-HOTTEST = Limits(at_least=0.0, at_most=1e4)  # ratio of temperatures that is resolved
-NO_SLIP = 1e-100  # of x
 MIN_FRICTION = 1e-3  # of friction, where the surfaces meet
 K_HATS = CarterGriffith.quantities()["k_hat"]
 
@@ -84,17 +77,6 @@ def friction_factor(
     return kernel.thermal_softening(x, number, k_hats, elliptic=contact == "elliptic")
 
 
-class ThermalStrip(NamedTuple):
-    """Result of `ThermalContact.strip`; arrays (n,)."""
-
-    position: FloatArray
-    temperature: FloatArray
-    friction_coefficient: FloatArray
-    shear_traction: FloatArray
-    slip_speed: FloatArray
-    heat_flux: FloatArray
-
-
 @dataclass(frozen=True, kw_only=True)
 class ThermalContact(Parameters):
     """Creep force of a contact whose friction falls with its flash temperature.
@@ -119,9 +101,9 @@ class ThermalContact(Parameters):
 
     Notes
     -----
-    `traction_coefficient` is a closed form, `local_traction_coefficient` solves temperature and
-    traction along the contact. For linear softening and heat numbers V zeta0/w_T up to 0.2 they
-    differ by less than 0.004 of f0 for k_hat 0, and up to 0.025 for k_hat 0.3.
+    `traction_coefficient` is a closed form. The reference solver ``tools/thermal_strips.py`` solves
+    temperature and traction along the contact. For linear softening and heat numbers V zeta0/w_T
+    up to 0.2 they differ by less than 0.004 of f0 for k_hat 0, and up to 0.025 for k_hat 0.3.
 
     Examples
     --------
@@ -134,8 +116,6 @@ class ThermalContact(Parameters):
     ...     softening=Softening.linear(800.0))
     >>> hot.traction_coefficient([0.01, 0.1, 0.5], speed=20.0).round(4).tolist()
     [0.2918, 0.2313, 0.1232]
-    >>> hot.local_traction_coefficient([0.01, 0.1, 0.5], speed=20.0).round(4).tolist()
-    [0.2918, 0.2314, 0.1231]
     """
 
     heat: ContactHeat
@@ -191,8 +171,8 @@ class ThermalContact(Parameters):
             mean = 0.5 * (low + high)
             share = self.softening.fraction(enters + mean) / left
             number = rise * (1.0 - share) / np.where(mean > 0.0, mean, 1.0)
-            found = friction_factor(x, number, k_hat=k_hats, contact=self.heat.shape)
-            colder = share > found
+            factor = friction_factor(x, number, k_hat=k_hats, contact=self.heat.shape)
+            colder = share > factor
             low, high = np.where(colder, mean, low), np.where(colder, high, mean)
         return x, enters, left, share, mean
 
@@ -227,110 +207,3 @@ class ThermalContact(Parameters):
             values = [float(replace(law, k_hat=float(k)).traction_ratio(v)) for k, v in pairs]
             ratio = np.reshape(values, x.shape)
         return np.asarray(self.friction.kinetic * left * g * ratio)
-
-    def _zone(
-        self, creepage: float, speed: float, w: float, nodes: int = NODES
-    ) -> tuple[ThermalZone | None, float, float]:
-        """Strip of relative half-width w; temperature and F where it begins."""
-        x, enters, left, rise = (float(v) for v in self._entry(creepage, speed))
-        if abs(x) < NO_SLIP:
-            return None, enters, left
-        derived(
-            "the rise of temperature in full slip over the highest temperature of the softening",
-            lambda: rise * abs(x) / self.softening.temperature[-1],
-            {"creepage": creepage, "speed": speed},
-            HOTTEST,
-        )
-
-        def fall(warmer: FloatArray) -> tuple[FloatArray, FloatArray]:
-            at = enters + warmer
-            return self.softening.fraction(at) / left, self.softening.slope(at) / left
-
-        zone = solve_thermal_zone(
-            abs(x) / w,
-            rise=rise * MEANS["line"] / MEANS[self.heat.shape] * w**2.5,
-            fall=fall,
-            k_hat=self.k_hat / (np.sqrt(left) * w),
-            nodes=nodes,
-        )
-        return zone, enters, left
-
-    def strip(
-        self, creepage: float, speed: float, *, lateral_position: float = 0.0
-    ) -> ThermalStrip:
-        """Temperature and traction along a strip, by the local solution.
-
-        Parameters
-        ----------
-        creepage, speed : float
-            As in `ContactHeat.mean_rise`; creepage not 0.
-        lateral_position : float, optional
-            y/b [1], between -1 and 1; a line contact does not depend on it.
-
-        Returns
-        -------
-        ThermalStrip
-            From the leading edge to the trailing edge: ``position`` x/a [1], ``temperature`` above
-            ambient [K], ``friction_coefficient`` [1], ``shear_traction`` [Pa], ``slip_speed``
-            [m/s], and ``heat_flux`` into both bodies [W/m^2].
-
-        Raises
-        ------
-        ValueError
-            If a number is out of range.
-        ConvergenceError
-            If the iteration finds no solution.
-        """
-        creepage = checked_number("creepage", creepage, CREEPAGE)
-        speed = checked_number("speed", speed, SPEED)
-        eta = checked_number("lateral_position", lateral_position, INNER)
-        w = float(np.sqrt((1.0 - eta) * (1.0 + eta))) if self.heat.shape == "elliptic" else 1.0
-        zone, enters, left = self._zone(creepage, speed, w, 3 * NODES)  # for curves
-        if zone is None:
-            raise ValueError(f"creepage = {creepage!r} is too close to 0: something must slip")
-        c, xi = zone.stick_boundary, zone.position
-        ahead = c + (1.0 - c) * np.sin(np.linspace(0.5 * np.pi, 0.01, 60 if c < 1.0 else 0)) ** 2
-
-        def along(sticking: float, sliding: FloatArray) -> FloatArray:
-            return np.append(np.full_like(ahead, sticking), sliding)
-
-        friction = np.copysign(self.friction.kinetic * left, creepage)
-        sliding = np.sqrt((1.0 - xi) * (1.0 + xi)) * zone.fraction
-        traction = np.append(zone.stick_traction(ahead), sliding)
-        traction *= friction * w * self.heat.contact.peak_pressure
-        slip_speed = along(0.0, self.saturation_creepage * left * w * speed * zone.slip_rate)
-        slip_speed = np.copysign(slip_speed, creepage)
-        return ThermalStrip(
-            position=w * np.append(ahead, xi),
-            temperature=enters + along(0.0, zone.temperature),
-            friction_coefficient=abs(friction) * along(1.0, zone.fraction),
-            shear_traction=traction,
-            slip_speed=slip_speed,
-            heat_flux=traction * slip_speed,
-        )
-
-    def local_traction_coefficient(self, creepage: ArrayLike, speed: ArrayLike) -> FloatArray:
-        """Q/P by the local solution [1], 2 ms a point and 30 ms in an ellipse.
-
-        Arguments and errors are those of `traction_coefficient`. Slip that would warm the contact
-        more than 1e4 times as much as softening allows is out of range.
-
-        Raises
-        ------
-        ConvergenceError
-            If the iteration finds no solution.
-        """
-        zeta, v = checked("creepage", creepage, CREEPAGE), checked("speed", speed, SPEED)
-        shape = common_shape({"creepage": zeta, "speed": v})
-        if self.heat.shape == "line":
-            strips = [(1.0, 1.0)]
-        else:
-            nodes, weights = np.polynomial.legendre.leggauss(STRIPS)
-            width = np.cos(0.25 * np.pi * (nodes + 1.0))
-            strips = list(zip(width, 0.375 * np.pi * weights * width**3, strict=True))
-        found = []
-        for one, at in np.broadcast(zeta, v):
-            zones = [(weight, *self._zone(one, at, float(w))) for w, weight in strips]
-            q = sum(weight * zone.traction_ratio for weight, zone, *_ in zones if zone)
-            found.append(np.copysign(self.friction.kinetic * zones[0][3] * q, one))
-        return np.reshape(found, shape)

@@ -2,7 +2,7 @@
  *
  * If friction stayed f0, a slip speed w_T would warm the contact by T_m. At r = w/w_T the
  * mean-field balance gives the fraction g = 1/(1 + r) of f0. The local solution
- * (laws/thermal_zone.py) is lower, because the contact is hottest where pressure is high; and
+ * (tools/thermal_strips.py) is lower, because the contact is hottest where pressure is high; and
  * higher, because elastic strain accounts for part of the slip at first, and static friction
  * dissipates part of the power where the surface is cold. With x = w/(V zeta0), the heat number n =
  * V zeta0/w_T and k_hat of cold friction

@@ -11,7 +11,7 @@ from figure_checks import check_all, lines
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import stability_over_speed, thermal_curves, thermal_strips
+from contactlib.figures import stability_over_speed, thermal_curves
 from contactlib.laws import ContactHeat, Softening, ThermalContact
 
 
@@ -40,17 +40,6 @@ def test_curves_are_those_of_the_contact(contact: ThermalContact, tmp_path: Path
     check_all(figure, tmp_path)
 
 
-def test_strips_begin_cold_and_end_hot(contact: ThermalContact, tmp_path: Path) -> None:
-    figure = thermal_strips(contact, (0.002, -0.02, 0.2), speed=10.0)
-    traction, temperature = figure.axes
-    for name in ("0.200 %", "2.00 %", "20.0 %"):
-        xi, kelvin, _ = lines(temperature, f"creepage {name}")
-        assert abs(kelvin[np.argmax(xi)]) < 2.0
-        assert kelvin[np.argmin(xi)] > 1.0
-        assert np.all(lines(traction, f"creepage {name}")[1] >= 0.0)
-    check_all(figure, tmp_path)
-
-
 def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path) -> None:
     warm = with_falling(locomotive.wheelset, 0.0)
     speeds = [5.0, 20.0]
@@ -70,8 +59,6 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
 
 
 def test_bad_input_is_refused(contact: ThermalContact) -> None:
-    with pytest.raises(ValueError, match="creepages has 4 numbers: must have 1 to 3"):
-        thermal_strips(contact, (0.1, 0.2, 0.3, 0.4), speed=10.0)
     with pytest.raises(ValueError, match=r"speeds = 0\.0"):
         thermal_curves(contact, (10.0, 0.0))
     with pytest.raises(ValueError, match=r"largest_creepage = -1\.0"):

@@ -1,4 +1,7 @@
-"""Slip zone of a line contact with thermal softening of friction.
+"""Temperature and traction along a contact with thermal softening: the reference solver.
+
+It checks the closed form of `contactlib.laws.ThermalContact` and never runs in a simulation.
+``python tools/thermal_strips.py PICTURE`` draws the guide's example.
 
 Units are those of `laws.cohesive_zone`: lengths in a, tractions in f p0, creepage x in zeta0, where
 f is friction at the temperature at which the surfaces enter. Behind the stick boundary, at
@@ -27,25 +30,38 @@ temperature of a point infinite; in a weakening zone of finite length it is heat
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import gamma
 
+import contactlib as cl
+from contactlib import figures
 from contactlib.base.quantities import FloatArray
+from contactlib.figures.style import (
+    DASHED,
+    add_caption,
+    labelled,
+    new_figure,
+    paint,
+    percent,
+    styled,
+    thermal_setting,
+)
+from contactlib.laws import ContactHeat, Softening, ThermalContact
 from contactlib.laws.cohesive_zone import ConvergenceError
+from contactlib.laws.heat import MEAN, MEANS
 from contactlib.laws.strips import double_exponential, solve_split
 
 NODES = 32  # gives q to 1e-8
 ITERATIONS = 60
 NO_K_HAT = 1e-9  # below it the law is that of Coulomb friction
-# Pressure-weighted mean of Theta: sqrt(2 pi) times the integral of J1(k)**2 k**-2.5, which Weber
-# and Schafheitlin give.
-MEAN = math.sqrt(2.0 * math.pi) * gamma(2.5) * gamma(0.25)
-MEAN /= 2.0**2.5 * gamma(1.75) ** 2 * gamma(2.75)
+STRIPS = 16  # of half an ellipse
 
 Fall = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # F and dF/dT at T
 
@@ -187,3 +203,149 @@ def solve_thermal_zone(
         return at(high)
     place = brentq(lambda v: at(v).creepage - x, low, high, xtol=1e-15 * x, rtol=1e-15)
     return at(float(place))
+
+
+# ---- a contact in SI units ----
+
+
+class ThermalStrip(NamedTuple):
+    """A strip from its leading to its trailing edge; arrays (n,)."""
+
+    position: FloatArray  # x/a [1]
+    temperature: FloatArray  # above ambient [K]
+    friction_coefficient: FloatArray  # [1]
+    shear_traction: FloatArray  # [Pa]
+    slip_speed: FloatArray  # [m/s]
+    heat_flux: FloatArray  # into both bodies [W/m^2]
+
+
+def _zone(
+    contact: ThermalContact, creepage: float, speed: float, w: float, nodes: int = NODES
+) -> tuple[ThermalZone, float, float]:
+    """Strip of relative half-width w; temperature and F where it begins."""
+    x, enters, left, rise = (float(v) for v in contact._entry(creepage, speed))
+
+    def fall(warmer: FloatArray) -> tuple[FloatArray, FloatArray]:
+        at = enters + warmer
+        return contact.softening.fraction(at) / left, contact.softening.slope(at) / left
+
+    zone = solve_thermal_zone(
+        abs(x) / w,
+        rise=rise * MEAN / MEANS[contact.heat.shape] * w**2.5,
+        fall=fall,
+        k_hat=contact.k_hat / (math.sqrt(left) * w),
+        nodes=nodes,
+    )
+    return zone, enters, left
+
+
+def solve_strip(contact: ThermalContact, creepage: float, speed: float) -> ThermalStrip:
+    """Solve the middle strip at a creepage, which must not be 0.
+
+    Raises
+    ------
+    ConvergenceError
+        If the iteration does not converge.
+    """
+    zone, enters, left = _zone(contact, creepage, speed, 1.0, 3 * NODES)  # for curves
+    c, xi = zone.stick_boundary, zone.position
+    ahead = c + (1.0 - c) * np.sin(np.linspace(0.5 * np.pi, 0.01, 60 if c < 1.0 else 0)) ** 2
+
+    def along(sticking: float, sliding: FloatArray) -> FloatArray:
+        return np.append(np.full_like(ahead, sticking), sliding)
+
+    friction = math.copysign(contact.friction.kinetic * left, creepage)
+    sliding = np.sqrt((1.0 - xi) * (1.0 + xi)) * zone.fraction
+    traction = np.append(zone.stick_traction(ahead), sliding)
+    traction *= friction * contact.heat.contact.peak_pressure
+    slip_speed = along(0.0, contact.saturation_creepage * left * speed * zone.slip_rate)
+    slip_speed = np.copysign(slip_speed, creepage)
+    return ThermalStrip(
+        position=np.append(ahead, xi),
+        temperature=enters + along(0.0, zone.temperature),
+        friction_coefficient=abs(friction) * along(1.0, zone.fraction),
+        shear_traction=traction,
+        slip_speed=slip_speed,
+        heat_flux=traction * slip_speed,
+    )
+
+
+def local_traction_coefficient(
+    contact: ThermalContact, creepage: ArrayLike, speed: float
+) -> FloatArray:
+    """Q/P [1] at creepages, 2 ms each and 30 ms in an ellipse.
+
+    Raises
+    ------
+    ConvergenceError
+        If the iteration does not converge.
+    """
+    strips = [(1.0, 1.0)]
+    if contact.heat.shape == "elliptic":
+        nodes, weights = np.polynomial.legendre.leggauss(STRIPS)
+        width = np.cos(0.25 * np.pi * (nodes + 1.0))
+        strips = list(zip(width.tolist(), 0.375 * np.pi * weights * width**3, strict=True))
+    coefficients = []
+    for zeta in np.ravel(creepage).tolist():
+        zones = [(weight, *_zone(contact, zeta, speed, w)) for w, weight in strips]
+        ratio = sum(weight * zone.traction_ratio for weight, zone, *_ in zones)
+        coefficients.append(math.copysign(contact.friction.kinetic * zones[0][3] * ratio, zeta))
+    return np.reshape(coefficients, np.shape(creepage))
+
+
+# ---- the guide's picture ----
+
+ALONG = (
+    "Shear traction and temperature along the middle of a contact at {speed:g} m/s. Surfaces enter "
+    "at the right, stick, and slip behind the stick boundary; there friction bounds the traction "
+    "and warms the surface, and friction is lower where it is warmer. The dashed line is the bound "
+    "of cold friction."
+)
+
+
+def draw_strips(contact: ThermalContact, creepages: tuple[float, ...], speed: float) -> Figure:
+    """Draw shear traction and temperature along the middle strip at up to three creepages."""
+    with styled():
+        figure, (left, right) = new_figure(9.6, 4.6, ncols=2)
+        xi = np.linspace(-1.0, 1.0, 401)
+        bound = contact.friction.kinetic * 1e-6 * contact.heat.contact.peak_pressure
+        left.plot(xi, bound * np.sqrt(1.0 - xi**2), color=paint.grey, lw=1.0, ls=DASHED)
+        for creepage, (color, width) in zip(creepages, paint.three, strict=False):
+            strip = solve_strip(contact, creepage, speed)
+            look = {"color": color, "lw": width, "label": f"creepage {percent(abs(creepage))}"}
+            left.plot(strip.position, 1e-6 * np.abs(strip.shear_traction), **look)
+            right.plot(strip.position, strip.temperature, **look)
+        place, limits = "position $x/a$  [1], leading edge at 1", (-1.0, 1.0)
+        labelled(left, place, "shear traction  [MPa]", xlim=limits, ylim=(0.0, None))
+        top = 1.3 * right.get_ylim()[1]  # room for the legend
+        legend, height = {"loc": "upper right"}, (0.0, top)
+        temperature = "temperature above ambient  [K]"
+        labelled(right, place, temperature, xlim=limits, ylim=height, legend=legend)
+        add_caption(figure, f"{ALONG.format(speed=speed)} {thermal_setting(contact)}")
+    return figure
+
+
+def example() -> ThermalContact:
+    """The contact of the guide's page on heat, fitted to the locomotive Eurosprinter."""
+    wheel = cl.EllipticContact.from_semi_axes(
+        semi_axis_x=6.304e-3,
+        semi_axis_y=12.61e-3,
+        normal_load=106.7e3,
+        contact_modulus=82e9 / 0.72,
+        poisson_ratio=0.28,
+    )
+    heat = ContactHeat(contact=wheel)
+    data = cl.TractionData.from_csv(cl.files.model_path("eurosprinter_engel1998.csv"), speed=10.0)
+    value = cl.fit(cl.CarterGriffith, data, contact="elliptic", heat=heat, k_hat=0.0).values
+    friction = cl.Friction(static=value["kinetic"], kinetic=value["kinetic"], weakening_length=0.0)
+    clean = cl.laws.saturation_creepage(wheel, friction)
+    return ThermalContact(
+        heat=heat,
+        friction=friction,
+        softening=Softening.linear(value["softening_temperature"]),
+        slope_reduction=clean / value["saturation_creepage"],
+    )
+
+
+if __name__ == "__main__":
+    figures.save(draw_strips(example(), (0.003, 0.02, 0.2), 10.0), sys.argv[1])
