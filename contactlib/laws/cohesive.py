@@ -18,9 +18,7 @@ from scipy.optimize import brentq
 
 from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.laws import cohesive_ellipse as ellipse
-from contactlib.laws import layer
 from contactlib.laws.carter_griffith import CarterGriffith
-from contactlib.laws.cohesive_layer import LayerCurve, along_zones, solve_curve
 from contactlib.laws.cohesive_line import SlipCurve
 from contactlib.laws.cohesive_zone import (
     between_nodes,
@@ -32,13 +30,10 @@ from contactlib.laws.cohesive_zone import (
 from contactlib.laws.contact_law import ContactLaw, Peak, places_at, strips_at
 from contactlib.laws.friction import EXPONENTIAL, Weakening
 from contactlib.laws.law import Corner
-from contactlib.laws.strips import split_at
 
 # Below these the Carter-Griffith law differs by less than 1e-12 and 2e-9.
 MIN_K_HAT = {"line": 1e-6, "elliptic": ellipse.MIN_K_HAT}
 MIN_X, MAX_X = 1e-9, 1e12
-MIN_LAYER_RATIO = 1e-7  # below it the law differs by under 1e-6 from that without a layer
-MIN_K_HAT_OF_LAYER = 1e-3  # below it, with a layer, the Carter-Griffith law differs by under 1e-6
 
 
 def find_state(
@@ -142,18 +137,13 @@ class CohesiveZone(ContactLaw):
         Shape of the contact, as in `CarterGriffith`.
     weakening : Weakening
         Shape of f(u), such as `Friction.weakening`. Default: Rabinowicz's exponential.
-    layer_ratio : float, optional
-        lam = L E*/(2 a) [1], from 0 to 100, of a thin elastic layer between the bodies, as in
-        `CarterGriffith`; see `laws.cohesive_layer`. The first use then solves a curve, within
-        seconds for a line contact and up to a minute for an ellipse. Default: no layer.
 
     Raises
     ------
     ValueError
         If a parameter is out of range.
     ConvergenceError
-        On use, if a state has no solution that the iteration finds, creepage does not grow along
-        the curve, or a layer would snap inside the slip zone, which the exponential never causes.
+        On use, if a state has no solution that the iteration finds.
 
     Examples
     --------
@@ -164,39 +154,21 @@ class CohesiveZone(ContactLaw):
 
     static_to_kinetic: Annotated[float, Quantity("1", above=1.0, at_most=30.0)]
     weakening: Weakening = EXPONENTIAL
-    layer_ratio: Annotated[float, Quantity("1", at_least=0.0, at_most=100.0)] = 0.0
-
-    @property
-    def _layered(self) -> bool:
-        return self.layer_ratio >= MIN_LAYER_RATIO
-
-    @property
-    def _min_k_hat(self) -> float:
-        return MIN_K_HAT_OF_LAYER if self._layered else MIN_K_HAT[self.contact]
 
     @cached_property
     def _limit(self) -> CarterGriffith | None:
         """The law of a vanishing zone, if `k_hat` is so small that it applies."""
-        if self.k_hat >= self._min_k_hat:
+        if self.k_hat >= MIN_K_HAT[self.contact]:
             return None
-        return CarterGriffith(k_hat=self.k_hat, contact=self.contact, layer_ratio=self.layer_ratio)
+        return CarterGriffith(k_hat=self.k_hat, contact=self.contact)
 
     @property
     def _curve(self) -> SlipCurve:
         return _curve(self.k_hat, self.static_to_kinetic, self.weakening)
 
-    @property
-    def _layer_curve(self) -> LayerCurve:
-        return solve_curve(
-            self.k_hat, self.layer_ratio, self.static_to_kinetic, self.contact, self.weakening
-        )
-
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self._limit is not None:
             return self._limit.evaluate(x)
-        if self._layered:
-            solve = layer.line_with_layer if self.contact == "line" else layer.ellipse_with_layer
-            return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve.at)
         line = self.contact == "line"
         slope = np.full(x.size, 2.0 if line else 0.75 * np.pi)
         ratio = slope * np.minimum(x.ravel(), 1.0)  # right to nine digits up to MIN_X
@@ -213,8 +185,8 @@ class CohesiveZone(ContactLaw):
 
     @property
     def sliding_creepage(self) -> float:
-        """Creepage x at which full slip begins; with a layer some stick always remains."""
-        if self._limit is not None or self._layered:
+        """Creepage x at which full slip begins."""
+        if self._limit is not None:
             return np.inf
         if self.contact == "elliptic":
             return sliding_creepage(self.k_hat, self.static_to_kinetic, self.weakening)
@@ -228,7 +200,7 @@ class CohesiveZone(ContactLaw):
     @property
     def carter_at_zero(self) -> bool:
         """Whether q equals that of the Carter-Griffith line contact at ``k_hat=0``."""
-        return self.contact == "line" and not self._layered
+        return self.contact == "line"
 
     @property
     def corner(self) -> Corner | None:
@@ -236,7 +208,7 @@ class CohesiveZone(ContactLaw):
 
         In an ellipse it is that of the middle strip, softened by half a power by its neighbours.
         """
-        if self._limit is not None or self._layered:
+        if self._limit is not None:
             return None
         return Corner(self.sliding_creepage, 2.0 if self.contact == "line" else 2.5)
 
@@ -254,15 +226,16 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             return self._limit.stick_boundary(normalized_creepage, lateral_position)
         x, w = strips_at(self.contact, normalized_creepage, lateral_position)
-        if self._layered:
-            stick = np.array([self._layer_stick(*p) for p in zip(x.flat, w.flat, strict=True)])
-        elif self.contact == "line":
+        return np.asarray(w * (1.0 - self._stick_length(x, w)))
+
+    def _stick_length(self, x: FloatArray, w: FloatArray) -> FloatArray:
+        """Stick length of strips of relative half-widths w, in their units."""
+        if self.contact == "line":
             at = np.clip(np.abs(x).ravel(), MIN_X, MAX_X)
             stick = self._curve.at(at).stick_length.reshape(x.shape)
-            stick = np.where(np.abs(x) <= MIN_X, 2.0, stick)  # right to twelve digits
-        else:
-            stick = np.array([self._state(*pair)[0] for pair in zip(x.flat, w.flat, strict=True)])
-        return np.asarray(w * (1.0 - stick.reshape(x.shape)))
+            return np.where(np.abs(x) <= MIN_X, 2.0, stick)  # right to twelve digits
+        stick = np.array([self._state(*pair)[0] for pair in zip(x.flat, w.flat, strict=True)])
+        return stick.reshape(x.shape)
 
     def shear_traction(
         self,
@@ -308,17 +281,6 @@ class CohesiveZone(ContactLaw):
             weakening=self.weakening,
         )
 
-    def _log_t(self, x: float, w: float) -> float:
-        """State of the strip of relative half-width w with a layer, ln t in `laws.layer`."""
-        at, lam = np.array([min(abs(x), MAX_X) / w]), self.layer_ratio / w
-        return float(layer.solve_layer(at, self.k_hat / w, lam, self._layer_curve.at)[0])
-
-    def _layer_stick(self, x: float, w: float) -> float:
-        """Stick length of a strip with a layer, in its units."""
-        if abs(x) <= MIN_X or w == 0.0:
-            return 2.0 if w > 0.0 else 0.0
-        return float(2.0 * split_at(np.exp(np.array(self._log_t(x, w))), 0.0).s)
-
     def _along(
         self, position: ArrayLike, normalized_creepage: ArrayLike, lateral_position: ArrayLike
     ) -> tuple[Along, FloatArray, FloatArray]:
@@ -326,29 +288,23 @@ class CohesiveZone(ContactLaw):
         if self._limit is not None:
             raise ValueError(
                 f"CohesiveZone.k_hat = {self.k_hat!r} is too small to resolve the weakening zone: "
-                f"must be >= {self._min_k_hat}"
+                f"must be >= {MIN_K_HAT[self.contact]}"
             )
         xi, x, w = places_at(self.contact, position, normalized_creepage, lateral_position)
-        found = np.zeros((3, *x.shape))
+        along = np.zeros((3, *x.shape))
         xi = np.clip(xi, -2.0, 2.0)  # +-2 is outside the contact
         strips = set(zip(x.flat, w.flat, strict=True))
         for strip in (pair for pair in strips if abs(pair[0]) > MIN_X and pair[1] > 0.0):
             here = (x == strip[0]) & (w == strip[1])
-            if self._layered:
-                found[:, here] = along_zones(
-                    xi[here] / strip[1],
-                    self._log_t(*strip),
-                    self.k_hat / strip[1],
-                    self.layer_ratio / strip[1],
-                    self.static_to_kinetic,
-                    self.weakening,
-                )
-                continue
-            found[:, here] = along_contact(
-                xi[here] / strip[1],
-                *self._state(*strip),
-                k_hat=self.k_hat / strip[1],
-                static_to_kinetic=self.static_to_kinetic,
-                weakening=self.weakening,
-            )
-        return Along(*found), w, np.copysign(1.0, x)
+            along[:, here] = self._along_strip(xi[here] / strip[1], *strip)
+        return Along(*along), w, np.copysign(1.0, x)
+
+    def _along_strip(self, position: FloatArray, x: float, w: float) -> Along:
+        """Traction and slip at places of a strip, in its units."""
+        return along_contact(
+            position,
+            *self._state(x, w),
+            k_hat=self.k_hat / w,
+            static_to_kinetic=self.static_to_kinetic,
+            weakening=self.weakening,
+        )

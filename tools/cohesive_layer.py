@@ -24,9 +24,10 @@ whose ends move with S = 1, and in a variable over w, give all strips.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebpts1, chebvander
@@ -34,8 +35,9 @@ from numpy.polynomial.legendre import leggauss
 from scipy.linalg import lu_factor, lu_solve
 from scipy.optimize import brentq
 
-from contactlib.base.quantities import FloatArray
+from contactlib.base.quantities import FloatArray, Quantity
 from contactlib.laws import layer
+from contactlib.laws.cohesive import MAX_X, Along, CohesiveZone
 from contactlib.laws.cohesive_zone import ConvergenceError, weakening_length
 from contactlib.laws.friction import Weakening
 from contactlib.laws.layer import Layered
@@ -350,22 +352,69 @@ def along_zones(
     lam: float,
     static_to_kinetic: float,
     weakening: Weakening,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Traction, slip rate and slip as in `cohesive.Along`, at places xi/a of a contact, (n,)."""
+) -> Along:
+    """Traction and slip at places xi/a of a contact, (n,)."""
     grid = layer.panels(*GRID)
     state = solve_zones(log_t, k_hat, lam, static_to_kinetic, weakening)
     m, s, _ = (float(v) for v in split_at(np.exp(log_t), 0.0))
     ahead, behind = position - (m - s), (m - s) - position
     sticks, slips = (ahead >= 0.0) & (position <= 1.0), (behind > 0.0) & (position >= -1.0)
-    found = np.zeros((3, position.size))
-    found[0, sticks] = layer.between_nodes(
+    along = np.zeros((3, position.size))
+    along[0, sticks] = layer.between_nodes(
         state.stuck, ahead[sticks] / (2.0 * s), (1.0 - position[sticks]) / (2.0 * s), grid
     )
     place = behind[slips] / (2.0 * m), (1.0 + position[slips]) / (2.0 * m)
     slip = np.maximum(layer.between_nodes(state.slip, *place, grid), 0.0)
     pressure = np.sqrt((1.0 - position[slips]) * (1.0 + position[slips]))
-    found[0, slips] = pressure * (1.0 + (static_to_kinetic - 1.0) * weakening.fraction(slip))
+    along[0, slips] = pressure * (1.0 + (static_to_kinetic - 1.0) * weakening.fraction(slip))
     length = float(weakening_length(np.array(k_hat), static_to_kinetic))
-    found[1, slips] = layer.between_nodes(state.slip, *place, grid, 1) * length / (2.0 * m)
-    found[2, slips] = slip
-    return found[0], found[1], found[2]
+    along[1, slips] = layer.between_nodes(state.slip, *place, grid, 1) * length / (2.0 * m)
+    along[2, slips] = slip
+    return Along(*along)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CohesiveZoneWithLayer(CohesiveZone):
+    """The law of `CohesiveZone` with a layer of ``layer_ratio`` lam = L E*/(2 a) [1].
+
+    The first use solves a curve, within seconds for a line contact and up to a minute for an
+    ellipse.
+
+    Raises
+    ------
+    ConvergenceError
+        On use, if a state has no solution that the iteration finds, creepage does not grow along
+        the curve, or a layer would snap inside the slip zone, which the exponential never causes.
+    """
+
+    layer_ratio: Annotated[float, Quantity("1", at_least=1e-7, at_most=100.0)]
+
+    _limit = None
+    sliding_creepage = np.inf  # some stick always remains
+    carter_at_zero = False
+    corner = None
+
+    @property
+    def _layer_curve(self) -> LayerCurve:
+        return solve_curve(
+            self.k_hat, self.layer_ratio, self.static_to_kinetic, self.contact, self.weakening
+        )
+
+    def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        solve = layer.line_with_layer if self.contact == "line" else layer.ellipse_with_layer
+        return solve(np.minimum(x, MAX_X), self.k_hat, self.layer_ratio, self._layer_curve.at)
+
+    def _log_t(self, x: float, w: float) -> float:
+        """State of a strip of relative half-width w, ln t of `laws.layer`."""
+        at, lam = np.array([min(abs(x), MAX_X) / w]), self.layer_ratio / w
+        return float(layer.solve_layer(at, self.k_hat / w, lam, self._layer_curve.at)[0])
+
+    def _stick_length(self, x: FloatArray, w: FloatArray) -> FloatArray:
+        pairs = zip(x.flat, w.flat, strict=True)
+        log_t = np.array([self._log_t(*pair) for pair in pairs])
+        return (2.0 * split_at(np.exp(log_t), 0.0).s).reshape(x.shape)
+
+    def _along_strip(self, position: FloatArray, x: float, w: float) -> Along:
+        log_t, ratio = self._log_t(x, w), self.static_to_kinetic
+        lam = self.layer_ratio / w
+        return along_zones(position, log_t, self.k_hat / w, lam, ratio, self.weakening)
