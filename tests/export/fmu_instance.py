@@ -160,3 +160,41 @@ class Instance:
         state = self.fmu.deserializeFMUState(data)
         self.fmu.setFMUState(state)
         self.fmu.freeFMUState(state)
+
+
+class Wheels:
+    """An instance with several wheels, its variables by name and wheel, alike for both versions."""
+
+    def __init__(self, tool: Instance, count: int) -> None:
+        self.tool, self.version, self.count = tool, tool.version, count
+        self.inputs = self._of("input")
+        self.outputs = self._of("output")
+
+    def _of(self, causality: str) -> list[str]:
+        variables = self.tool.description.modelVariables
+        found = (v.name.split("[")[0] for v in variables if v.causality == causality)
+        return list(dict.fromkeys(found))
+
+    def scalars(self, name: str) -> list[str]:
+        """Names of the variables that hold a variable of each wheel."""
+        if self.version == 3 or self.count == 1:
+            return [name]
+        stem, end = (name[:-1], ")") if name.endswith(")") else (name, "")
+        return [f"{stem}[{i + 1}]{end}" for i in range(self.count)]
+
+    def references(self, *names: str) -> list[int]:
+        return [self.tool.references[one] for name in names for one in self.scalars(name)]
+
+    def set(self, **values: list[float]) -> None:
+        for name, each in values.items():
+            set_values = self.tool.fmu.setFloat64 if self.version == 3 else self.tool.fmu.setReal
+            set_values(self.references(name), each)
+
+    def get(self, name: str) -> list[float]:
+        """Value of each wheel."""
+        of, fmu = self.references(name), self.tool.fmu
+        if self.version == 2:
+            boolean = self.scalars(name)[0] in self.tool.booleans
+            return list(map(float, (fmu.getBoolean if boolean else fmu.getReal)(of)))
+        boolean = name in self.tool.booleans
+        return list(map(float, (fmu.getBoolean if boolean else fmu.getFloat64)(of, self.count)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import io
 import re
 import shutil
 import subprocess
@@ -27,7 +28,7 @@ from plain_scenario import controls
 import contactlib as cl
 from contactlib import kernel
 from contactlib.export.description import Description
-from contactlib.export.package import longest_step
+from contactlib.export.package import longest_step, reference_run
 from contactlib.runs import FmuSource, KernelSource
 
 VERSIONS = (2, 3)
@@ -884,9 +885,10 @@ def test_reference_run_is_silent(
     locomotive: cl.Model, tmp_path: Path, name: str, parallel: bool
 ) -> None:
     mode = parallel and "force_element" in name
-    folder = exported(locomotive, tmp_path, name, parallel_exchange=mode)
-    csv = folder / "documentation" / "reference_run.csv"
+    model, options = fitting(locomotive, name), {**EXPORTS[name], "parallel_exchange": mode}
+    csv = io.StringIO(reference_run(Description(model, **options)).decode())
     rows: Any = np.genfromtxt(csv, delimiter=",", names=True, dtype=np.float64)
+    folder = exported(locomotive, tmp_path, name, parallel_exchange=mode)
     with Instance(folder).start() as tool:
         inputs = [v.name for v in tool.description.modelVariables if v.causality == "input"]
         for row, following in pairwise(rows):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from exported_fmu import exported
 from fmpy.validation import validate_fmu
-from fmu_instance import EXPORTS, Instance
+from fmu_instance import EXPORTS, Instance, Wheels
 
 import contactlib as cl
 
@@ -31,43 +31,6 @@ INPUTS: dict[str, Any] = {
     "spin": lambda i, k: 0.01 * i,
 }
 FRICTION = [0.45 + 0.01 * i for i in range(WHEELS)]
-
-
-class Wheels:
-    """An instance with several wheels, its variables by name and wheel, alike for both versions."""
-
-    def __init__(self, tool: Instance) -> None:
-        self.tool, self.version = tool, tool.version
-        self.inputs = self._of("input")
-        self.outputs = self._of("output")
-
-    def _of(self, causality: str) -> list[str]:
-        variables = self.tool.description.modelVariables
-        found = (v.name.split("[")[0] for v in variables if v.causality == causality)
-        return list(dict.fromkeys(found))
-
-    def scalars(self, name: str) -> list[str]:
-        """Names of the variables that hold a variable of each wheel."""
-        if self.version == 3:
-            return [name]
-        return [f"{name}[{i + 1}]" for i in range(WHEELS)]
-
-    def references(self, *names: str) -> list[int]:
-        return [self.tool.references[one] for name in names for one in self.scalars(name)]
-
-    def set(self, **values: list[float]) -> None:
-        for name, each in values.items():
-            set_values = self.tool.fmu.setFloat64 if self.version == 3 else self.tool.fmu.setReal
-            set_values(self.references(name), each)
-
-    def get(self, name: str) -> list[float]:
-        """Value of each wheel."""
-        of, fmu = self.references(name), self.tool.fmu
-        if self.version == 2:
-            boolean = self.scalars(name)[0] in self.tool.booleans
-            return list(map(float, (fmu.getBoolean if boolean else fmu.getReal)(of)))
-        boolean = name in self.tool.booleans
-        return list(map(float, (fmu.getBoolean if boolean else fmu.getFloat64)(of, WHEELS)))
 
 
 def inputs_at(names: list[str], wheel: int, step: int) -> dict[str, float]:
@@ -91,7 +54,7 @@ def pair(
 
 
 def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
-    together = Wheels(Instance(pair[0]).initialize())
+    together = Wheels(Instance(pair[0]).initialize(), WHEELS)
     singles = [Instance(pair[1]).initialize() for _ in range(WHEELS)]
     together.set(static_friction=FRICTION)
     states = [v.derivative.name for v in singles[0].description.modelVariables if v.derivative]
@@ -114,7 +77,7 @@ def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
 
 def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
     tools = Instance(pair[0], exchange=True), Instance(pair[1], exchange=True)
-    together, count = Wheels(tools[0].start()), WHEELS
+    together, count = Wheels(tools[0].start(), WHEELS), WHEELS
     one = tools[1].start()
     for tool in (together.tool, one):
         tool.fmu.newDiscreteStates() if tool.version == 2 else tool.fmu.updateDiscreteStates()
@@ -145,7 +108,7 @@ def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
 
 
 def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
-    together, one = Wheels(Instance(pair[0]).start()), Instance(pair[1]).start()
+    together, one = Wheels(Instance(pair[0]).start(), WHEELS), Instance(pair[1]).start()
     outputs = [n for n in together.outputs if n in ("creep_force", "force_x", "lateral_force")]
     known = "creepage_x" if "creepage_x" in together.inputs else "omega"
     given = [inputs_at(together.inputs, i, 2) for i in range(WHEELS)]
@@ -177,7 +140,7 @@ def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
 
 
 def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
-    together = Wheels(Instance(pair[0]).start())
+    together = Wheels(Instance(pair[0]).start(), WHEELS)
 
     def step(time: float) -> list[list[float]]:
         together.set(friction_scale=[1.0 - 0.05 * i - time for i in range(WHEELS)])
@@ -188,7 +151,7 @@ def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
     saved = together.tool.saved()
     first = step(0.01)
     step(0.02)
-    other = Wheels(Instance(pair[0]).start())
+    other = Wheels(Instance(pair[0]).start(), WHEELS)
     other.tool.restore(saved)
     together.tool.restore(saved)
     assert step(0.01) == first
@@ -203,7 +166,7 @@ def test_wheels_of_other_radii_begin_without_slip(
     locomotive: cl.Model, tmp_path: Path, kind: str, version: int
 ) -> None:
     folder = exported(locomotive, tmp_path, kind, version, wheels=WHEELS, per_wheel=["radius"])
-    together = Wheels(Instance(folder).initialize())
+    together = Wheels(Instance(folder).initialize(), WHEELS)
     (start,) = {*together.get("omega")}
     given = [locomotive.wheelset.radius * (1.0 - 0.01 * i) for i in range(WHEELS)]
     together.set(radius=[0.3] * WHEELS)
@@ -238,7 +201,7 @@ def test_description_is_valid_and_names_each_wheel(pair: tuple[Path, Path]) -> N
 
 
 def test_messages_name_the_wheel(pair: tuple[Path, Path]) -> None:
-    together = Wheels(Instance(pair[0]).start())
+    together = Wheels(Instance(pair[0]).start(), WHEELS)
     tool, values = together.tool, [1.0] * WHEELS
     values[2] = 2e3
     with tool.refused("friction_scale[3] = 2000 is out of range", status=2):
