@@ -243,7 +243,7 @@ def kernel(model: str, output: Path) -> None:
     """Write the creep force of MODEL as C source, for programs that import no FMUs.
 
     The file holds table and parameters. It is C99 and C++, reads no file and allocates nothing.
-    Beside it are an example, a Modelica package and an S-function that call it.
+    Beside it are examples in C and C# that call it.
     """
     from contactlib.export.kernel_source import export_kernel
 

@@ -21,7 +21,6 @@ from contactlib.base.writing import c_sources, write_whole
 from contactlib.export.description import MEMORY, Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
-from contactlib.files.model import Missing
 from contactlib.table.building import HEADER_SIZE
 
 if TYPE_CHECKING:
@@ -54,8 +53,7 @@ def export_kernel(model: Model, folder: str | os.PathLike[str]) -> Path:
 
     The folder then holds ``contactlib.c``, ``contactlib.h`` and ``example.c``. The code is C99 and
     C++, reads no file, allocates nothing, and gives the numbers of the model's force element FMU.
-    ``package.mo`` calls it from Modelica, ``contactlib_sfun.c`` from Simulink, and
-    ``Contactlib.cs`` from C#.
+    ``Contactlib.cs`` calls it from C#.
 
     Parameters
     ----------
@@ -88,15 +86,7 @@ def kernel_files(description: Description) -> dict[str, str]:
     structs, sources = joined()
     checks, start = _limits_and_start(description)
     smallest = re.findall(r"#define MIN_FRICTION_SCALE (\S+)", _source("force_element.h"))
-    values, element = description.start_values, description.element
-    inverse_mass = values["effective_inverse_mass"]
-    sliding = element.friction.static * element.normal_load * element.radius
     filled = {
-        "inverse_mass": f"{inverse_mass:.6g}",
-        "assumed": ", assumed" if isinstance(description.model.wheelset, Missing) else "",
-        "inertia": f"{element.radius**2 / inverse_mass:.6g}",
-        "torque_rate": f"{0.75 * sliding:.6g}",  # it slips away within two seconds
-        **{name: repr(values[name]) for name in ("omega", "speed", "normal_load")},
         # Neither end nor begin a comment in a comment.
         "text": harmless_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
         "version": version(),

@@ -20,7 +20,7 @@ from cffi import FFI
 from click.testing import CliRunner
 from exported_fmu import fitting
 from fmu_instance import Instance
-from outside_tools import missing, module
+from outside_tools import missing
 
 import contactlib as cl
 from contactlib.base.writing import package_folder
@@ -205,6 +205,19 @@ def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path, rig: cl.Mode
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="file"):
         cl.export_kernel(rig, tmp_path / "file")
+
+
+def test_structs_in_c_sharp_have_the_members_of_the_header(folders: dict[str, Path]) -> None:
+    folder = folders["locomotive"]
+    text = (folder / "Contactlib.cs").read_text(encoding="ascii")
+    structs = dict(re.findall(r"public struct (\w+) \{(.*?)\}", text, RULES))
+    ffi: Any = FFI()
+    ffi.cdef(declarations(folder))
+    for name in ("Parameters", "Input", "Output", "Element"):
+        fields = ffi.typeof(f"contactlib_{name.lower()}").fields
+        declared = re.sub(r"public \w+", "", structs[name])
+        assert re.findall(r"\w+", declared) == [field for field, _ in fields]
+    assert f"Size = {ffi.sizeof('contactlib_memory')})" in text
 
 
 # ---- with one ------------------------------------------------------------------------------------
@@ -403,200 +416,3 @@ def test_a_mistake_is_named_and_changes_nothing(
     if values and not {"effective_inverse_mass", "max_substeps"} & values.keys():
         assert re.match(message, library.force())
         assert library.bytes == before
-
-
-# ---- from Modelica, Simulink and C# --------------------------------------------------------------
-
-MODELICA = """
-#include <stdarg.h>
-#include <stdio.h>
-#include "ModelicaUtilities.h"
-char message[200];
-void ModelicaFormatError(const char *format, ...) {
-    va_list given;
-    va_start(given, format);
-    vsnprintf(message, sizeof message, format, given);
-    va_end(given);
-}
-#include "contactlib_modelica.h"
-void call(const double *in, double *out) { contactlib_modelica_force(ARGUMENTS); }
-"""
-# What an S-function finds in Simulink: only the names that ours uses.
-SIMSTRUC = """
-#include <stddef.h>
-typedef double real_T;
-typedef int int_T;
-typedef struct {
-    const char *error;
-    double parameter[2], time, in[8], out[8];
-    void *work;
-    int parameters, width_in, width_out, times, contiguous, through;
-} SimStruct;
-#define ssSetNumSFcnParams(S, n) ((S)->parameters = (n))
-#define ssGetNumSFcnParams(S) ((S)->parameters)
-#define ssGetSFcnParamsCount(S) 2
-#define ssGetSFcnParam(S, i) (&(S)->parameter[i])
-#define mxGetScalar(p) (*(p))
-#define ssSetNumInputPorts(S, n) ((n) == 1)
-#define ssSetNumOutputPorts(S, n) ((n) == 1)
-#define ssSetInputPortWidth(S, port, n) ((S)->width_in = (n))
-#define ssSetInputPortRequiredContiguous(S, port, yes) ((S)->contiguous = (yes))
-#define ssSetInputPortDirectFeedThrough(S, port, yes) ((S)->through = (yes))
-#define ssSetOutputPortWidth(S, port, n) ((S)->width_out = (n))
-#define ssSetNumSampleTimes(S, n) ((S)->times = (n))
-#define ssSetNumPWork(S, n) ((void)(n))
-#define ssSetSampleTime(S, i, t) ((S)->time = (t))
-#define ssSetOffsetTime(S, i, t) ((void)(t))
-#define ssSetPWorkValue(S, i, p) ((S)->work = (p))
-#define ssGetPWorkValue(S, i) ((S)->work)
-#define ssSetErrorStatus(S, text) ((S)->error = (text))
-#define ssGetInputPortSignal(S, port) ((const void *)(S)->in)
-#define ssGetOutputPortRealSignal(S, port) ((S)->out)
-"""
-SIMULINK = """
-static SimStruct block;
-EXPORTED void begin(double time, double inverse_mass) {
-    block.parameter[0] = time;
-    block.parameter[1] = inverse_mass;
-    mdlInitializeSizes(&block);
-    mdlInitializeSampleTimes(&block);
-    mdlStart(&block);
-}
-EXPORTED const char *step(const double *in, double *out) {
-    for (int i = 0; i < block.width_in; i++) block.in[i] = in[i];
-    mdlOutputs(&block, 0);
-    for (int i = 0; i < block.width_out; i++) out[i] = block.out[i];
-    return block.error;
-}
-EXPORTED void end(void) { mdlTerminate(&block); }
-"""
-
-
-def test_structs_in_c_sharp_have_the_members_of_the_header(folders: dict[str, Path]) -> None:
-    folder = folders["locomotive"]
-    text = (folder / "Contactlib.cs").read_text(encoding="ascii")
-    structs = dict(re.findall(r"public struct (\w+) \{(.*?)\}", text, RULES))
-    ffi: Any = FFI()
-    ffi.cdef(declarations(folder))
-    for name in ("Parameters", "Input", "Output", "Element"):
-        fields = ffi.typeof(f"contactlib_{name.lower()}").fields
-        declared = re.sub(r"public \w+", "", structs[name])
-        assert re.findall(r"\w+", declared) == [field for field, _ in fields]
-    assert f"Size = {ffi.sizeof('contactlib_memory')})" in text
-
-
-def test_what_calls_the_files_has_the_model_s_numbers(
-    folders: dict[str, Path], models: dict[str, cl.Model]
-) -> None:
-    for name, folder in folders.items():
-        model, assumed = models[name], name == "curve"
-        wheelset, element = model.wheelset, model.wheelset.element
-        inverse_mass = 4e-3 if assumed else element.wheels * wheelset.effective_inverse_mass
-        load, radius = element.normal_load / element.wheels, element.radius
-        text = (folder / "package.mo").read_text(encoding="ascii")
-        example = text[text.index("model SlipAway") :]
-        values = {
-            "speed(unit": model.initial_speed,
-            "inertia(unit": radius**2 / inverse_mass,
-            "torque_rate(unit": 0.75 * element.friction.static * load * radius,
-            "omega(start": model.initial_speed / radius,
-            "contact.normal_load": load,
-        }
-        for start, value in values.items():
-            (found,) = re.findall(rf"{re.escape(start)}[^;]*?= ([-+.\de]+)", example)
-            assert float(found) == pytest.approx(value, rel=1e-5), start
-        block = text[text.index("block CreepForce") : text.index("end CreepForce")]
-        for variable in ("RealInput lateral_velocity", "RealOutput lateral_force"):
-            assert variable in block
-        comment = (folder / "contactlib_sfun.c").read_text(encoding="ascii").split("*/")[0]
-        assert f"{inverse_mass:.6g} here" in comment
-        assert (", assumed" in comment) == (", assumed" in text) == assumed
-
-
-@pytest.mark.tools
-def test_the_modelica_package_is_one_whose_equations_balance(folders: dict[str, Path]) -> None:
-    rumoca: Any = module("rumoca")
-    for folder in folders.values():
-        text = (folder / "package.mo").read_text(encoding="ascii")
-        assert rumoca.validate_source(text) == []
-        found = rumoca.Session().loads(text, model="Contactlib.SlipAway").structure()
-        assert found.is_balanced
-        assert found.n_states == 1
-
-
-@pytest.mark.tools
-def test_the_function_of_the_modelica_package_gives_the_force(
-    folders: dict[str, Path], models: dict[str, cl.Model], tmp_path: Path
-) -> None:
-    text = (folders["locomotive"] / "package.mo").read_text(encoding="ascii")
-    function = text[text.index("function creepForce") : text.index("end creepForce")]
-    given = re.findall(r"input Real (\w+)", function)
-    found = re.findall(r"output Real (\w+)", function)
-    (listed,) = re.findall(r"contactlib_modelica_force\(([^)]*)\)", function)
-    arguments = [
-        f"in[{given.index(name)}]" if name in given else f"&out[{found.index(name)}]"
-        for name in re.findall(r"\w+", listed)
-    ]
-    (tmp_path / "ModelicaUtilities.h").write_text("void ModelicaFormatError(const char *, ...);\n")
-    (tmp_path / "tool.c").write_text(MODELICA.replace("ARGUMENTS", ", ".join(arguments)))
-    path = tmp_path / "tool.so"
-    source = folders["locomotive"] / "contactlib.c"
-    places = (f"-I{tmp_path}", f"-I{source.parent}")
-    command = (*compiler("gcc"), *compiler_flags(), *WARNINGS, *places, "-shared", "-fPIC")
-    run(*command, tmp_path / "tool.c", source, "-lm", "-o", path)
-    ffi: Any = FFI()
-    ffi.cdef("void call(const double *in, double *out); extern char message[200];")
-    tool = ffi.dlopen(str(path))
-    element = replace(models["locomotive"].wheelset.element, wheels=1.0)
-    names = {"creep_force", "wheel_torque", "lateral_force", "spin_moment", "creepage"}
-    assert set(found) == names
-    for inputs in random_inputs(models["locomotive"], 50):
-        out = ffi.new("double[5]")
-        tool.call([inputs[name] for name in given], out)
-        if inputs["friction_scale"] < 1e-6:
-            assert not any(out[found.index(name)] for name in ("creep_force", "spin_moment"))
-            continue
-        inputs["normal_load"] = max(0.0, inputs["normal_load"])
-        known = element.evaluate(**inputs)
-        for name, value in zip(found, out, strict=True):
-            assert value == pytest.approx(float(known[name]), rel=1e-12, abs=1e-9), name
-    tool.call([math.nan] * len(given), ffi.new("double[5]"))
-    assert ffi.string(tool.message).startswith(b"contactlib: omega must be from")
-
-
-@pytest.mark.tools
-@pytest.mark.parametrize("language", ["-std=c99", "-xc++"])
-def test_the_s_function_makes_the_steps_of_the_kernel(
-    folders: dict[str, Path], library: Library, tmp_path: Path, language: str
-) -> None:
-    (tmp_path / "simstruc.h").write_text(SIMSTRUC)
-    (tmp_path / "cg_sfun.h").write_text(SIMULINK)
-    source = folders["locomotive"] / "contactlib_sfun.c"
-    path, flags = tmp_path / "s.so", [f for f in compiler_flags() if not f.startswith("-std")]
-    exported = '-DEXPORTED=extern "C"' if language == "-xc++" else "-DEXPORTED="
-    both = [(language, source), ("-std=c99", source.with_name("contactlib.c"))]
-    for number, (standard, file) in enumerate(both):
-        given = (*flags, *WARNINGS, exported, f"-I{tmp_path}", "-fPIC", standard)
-        run(*compiler("gcc"), *given, "-c", file, "-o", tmp_path / f"{number}.o")
-    run(*compiler("gcc"), "-shared", tmp_path / "0.o", tmp_path / "1.o", "-lm", "-o", path)
-    ffi: Any = FFI()
-    ffi.cdef(
-        "void begin(double, double); const char *step(const double *, double *); void end(void);"
-    )
-    simulink = ffi.dlopen(str(path))
-    simulink.begin(1e-2, 1.7e-3)
-    library.start()
-    library.element.effective_inverse_mass = 1.7e-3
-    rng = np.random.default_rng(24)
-    for _ in range(200):
-        inputs = {"omega": float(20.0 + rng.uniform(-1.0, 1.0)), "speed": 10.0}
-        inputs |= {"normal_load": 1e5, "friction_scale": float(rng.uniform(0.3, 1.0))}
-        out = ffi.new("double[3]")
-        assert simulink.step(list(inputs.values()), out) == ffi.NULL
-        library.set(**inputs)
-        assert library.step(1e-2) == ""
-        known = library.get("creep_force", "wheel_torque", "creepage")
-        np.testing.assert_allclose(list(out), known, rtol=1e-13)
-    error = simulink.step([math.nan, 10.0, 1e5, 1.0], ffi.new("double[3]"))
-    assert ffi.string(error).startswith(b"omega must be from")
-    simulink.end()
