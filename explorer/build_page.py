@@ -1,15 +1,16 @@
-"""Put the explorer page together: one file that needs nothing else.
+"""Put the explorer page together, and compile its kernel.
 
-    python explorer/build_page.py           # writes contactlib/export/explorer.html
-    python explorer/build_page.py --check   # only checks whether it is up to date
+    python explorer/build_page.py           # writes contactlib/export/explorer.html and .wasm
+    python explorer/build_page.py --check   # only checks whether they are up to date
 
-The page is the same to the last byte wherever it is built: the compilers' versions are those of
+`contactlib explore` puts the kernel, the tables and a model into the page when it writes it.
+
+Both are the same to the last byte wherever they are built: the compilers' versions are those of
 the extra "explorer" and of package-lock.json.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 from base64 import b64encode
 from collections.abc import Mapping
@@ -22,34 +23,24 @@ from declarations import declarations
 from structs import struct_fields, write_types
 from wasm import FUNCTIONS, compile_kernel
 
-from contactlib import kernel
 from contactlib.base.writing import package_folder, write_whole
-from contactlib.export.explorer import PAGE
+from contactlib.export.explorer import DATA, KERNEL, PAGE, PLACES, json_text
 
 SOURCE = Path(__file__).resolve().parent
 MODELS = ("roller_rig", "locomotive")
 
 
-def base64(data: bytes) -> str:
-    """The bytes as text."""
-    return b64encode(data).decode("ascii")
-
-
-def data_element(name: str, kind: str, text: str) -> str:
-    """An element that nothing runs, for what the script reads by its id."""
-    return f'<script type="{kind}" id="{name}">{text}</script>'
-
-
 def json_element(name: str, data: object) -> str:
-    """The same of JSON, in which nothing can end the element."""
-    return data_element(name, "application/json", json.dumps(data).replace("<", "\\u003c"))
+    """An element that nothing runs, for what the script reads by its id."""
+    return DATA.format(name, json_text(data))
 
 
 def policy(script: str, style: str) -> str:
     """Content security policy: this script and this style, no connection to anywhere."""
 
     def source(text: str) -> str:
-        return f"'sha256-{base64(sha256(text.encode()).digest())}'"
+        digest = b64encode(sha256(text.encode()).digest())
+        return f"'sha256-{digest.decode()}'"
 
     parts = [
         "default-src 'none'",
@@ -68,26 +59,18 @@ def model_texts() -> Mapping[str, str]:
     return {name: (folder / f"{name}.toml").read_text(encoding="utf-8") for name in MODELS}
 
 
-def binary_element(name: str, data: bytes) -> str:
-    """The same of bytes, in base64."""
-    return data_element(name, "application/octet-stream", base64(data))
-
-
 def licence_element(licence: tuple[str, str]) -> str:
     """Name and text of a licence, as they are."""
     return f"<pre>{escape(chr(10).join((licence[0], '', licence[1])))}</pre>"
 
 
 def data_elements() -> str:
-    """All that the script reads by its id; the command puts a model file into the last one."""
+    """All that the script reads by its id; the command fills the last ones."""
     elements = [
         json_element("declarations", declarations()),
         json_element("structs", struct_fields()),
         json_element("models", model_texts()),
-        binary_element("kernel", compile_kernel()),
-        binary_element("table-line", kernel.shipped_path("line").read_bytes()),
-        binary_element("table-elliptic", kernel.shipped_path("elliptic").read_bytes()),
-        json_element("given-model", None),
+        *(json_element(name, None) for name in PLACES),
     ]
     return "\n".join(elements)
 
@@ -114,8 +97,8 @@ def page() -> str:
 
 
 def is_current(path: Path, data: bytes) -> bool:
-    """Whether a file is there and holds this, whatever ends its lines."""
-    return path.is_file() and path.read_bytes().replace(b"\r\n", b"\n") == data
+    """Whether a file is there and holds this."""
+    return path.is_file() and path.read_bytes() == data
 
 
 def main(arguments: list[str]) -> str | None:
@@ -124,12 +107,12 @@ def main(arguments: list[str]) -> str | None:
     if arguments and not checking:
         return __doc__
     install()
-    data = page().encode()
-    if not checking:
-        print(write_whole(PAGE, data))
-    elif not is_current(PAGE, data):
-        command = "python explorer/build_page.py"
-        return f"{PAGE.name} differs from what the sources give: '{command}' writes it again"
+    for path, data in ((PAGE, page().encode()), (KERNEL, compile_kernel())):
+        if not checking:
+            print(write_whole(path, data))
+        elif not is_current(path, data):
+            command = "python explorer/build_page.py"
+            return f"{path.name} differs from what the sources give: '{command}' writes it again"
     return None
 
 

@@ -1,7 +1,10 @@
 /* What the page's WebAssembly module adds to the kernel: new objects, which nobody frees, and calls
  * that take and give structs of doubles alone. */
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "checked_file.h"
 #include "creep_curve.h"
 #include "half_space.h"
 #include "simd_dispatch.h"
@@ -25,6 +28,49 @@ static const double ALWAYS = 0.0, UNCHANGED = 1.0;
 double *new_doubles(size_t count) { return (double *)calloc(count, sizeof(double)); }
 
 creep_table *new_table(void) { return (creep_table *)calloc(1, sizeof(creep_table)); }
+
+/* Restore numbers from their second differences along all axes, given byte by byte: undoes _planes
+ * of contactlib/export/explorer.py. */
+static void restore(const unsigned char *plane, uint64_t *number, const size_t *length, int axes) {
+    size_t count = 1;
+    for (int axis = 0; axis < axes; axis++) count *= length[axis];
+    for (size_t i = 0; i < count; i++) {
+        uint64_t all = 0;
+        for (size_t byte = 0; byte < sizeof all; byte++)
+            all |= (uint64_t)plane[byte * count + i] << (8 * byte);
+        number[i] = (all >> 1) ^ (0 - (all & 1));
+    }
+    for (size_t axis = 0, stride = 1; axis < (size_t)axes; stride *= length[axis++])
+        for (int twice = 0; twice < 2; twice++)
+            for (size_t i = stride; i < count; i++)
+                if (i / stride % length[axis] > 0) number[i] += number[i - stride];
+}
+
+/* Open a table as packed_table of contactlib/export/explorer.py has packed it, and free it. Returns
+ * NULL, or an error message. */
+const char *open_packed_table(creep_table *table, unsigned char *packed, size_t size) {
+    enum { HEADER = 216 };
+    static const double STEP = 1.0 / (1 << 22);
+    if (size < HEADER) return "the table is shorter than its header";
+    memcpy(table, packed + CHECKED_FILE_FRAME, offsetof(creep_table, coefficients));
+    const size_t cells[2] = {table->cells_u + 3, table->cells_k + 3};
+    const size_t layer_cells[3] = {table->layer_u + 3, table->layer_k + 3, table->layer_w + 3};
+    const size_t count = table->cells_u > 0 ? cells[0] * cells[1] : 0;
+    const size_t layers = layer_cells[0] * layer_cells[1] * layer_cells[2];
+    if (size != HEADER + sizeof(uint64_t) * (count + layers))
+        return "the table's length does not fit its number of cells";
+    const size_t file_size = HEADER + sizeof(double) * count + sizeof(float) * layers;
+    unsigned char *file = (unsigned char *)malloc(file_size);
+    uint64_t *number = (uint64_t *)malloc(sizeof(uint64_t) * layers);
+    memcpy(file, packed, HEADER);
+    if (count > 0) restore(packed + HEADER, (uint64_t *)(void *)(file + HEADER), cells, 2);
+    restore(packed + HEADER + sizeof(uint64_t) * count, number, layer_cells, 3);
+    float *coefficient = (float *)(void *)(file + HEADER + sizeof(double) * count);
+    for (size_t i = 0; i < layers; i++) coefficient[i] = (float)(STEP * (double)(int64_t)number[i]);
+    free(number);
+    free(packed);
+    return creep_table_open(table, file, file_size);
+}
 
 train *new_train(void) { return (train *)calloc(1, sizeof(train)); }
 

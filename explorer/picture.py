@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import shutil
 import sys
+import tempfile
+from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
 from contactlib.base.writing import write_whole
-from contactlib.export.explorer import PAGE
+from contactlib.export.explorer import write_explorer
 
 # On its way down from the slip-away, shortly before it grips again.
 EXPERIMENT = """async () => {
@@ -30,7 +32,8 @@ def picture() -> bytes:
             executable_path=shutil.which("chromium"), args=["--no-sandbox"]
         )
         page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
-        page.goto(PAGE.as_uri())
+        with tempfile.TemporaryDirectory() as folder:
+            page.goto(write_explorer(Path(folder) / "explorer.html").as_uri())
         page.evaluate(EXPERIMENT)
         page.wait_for_timeout(500.0)  # for a frame that draws it
         png = page.screenshot()

@@ -23,7 +23,6 @@ C_SOURCES = (
     "wheelset_run.c",
 )
 FUNCTIONS = (
-    "creep_table_open",
     "creep_table_evaluate",
     "creep_table_place",
     "force_element_evaluate",
@@ -40,6 +39,7 @@ FUNCTIONS = (
     "hertz_semi_axes",
     "new_doubles",  # from here on module.c's
     "new_table",
+    "open_packed_table",
     "new_train",
     "train_configure",
     "train_lay_patch",

@@ -306,8 +306,8 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
 def explore(model: str | None, shown: bool, output: Path) -> None:
     """Write a page that runs the kernel live, and open it.
 
-    The page is one file that works offline in any browser. It starts with MODEL, whose law must
-    be Carter-Griffith's. Default: the roller rig.
+    The page is one file that works offline in any browser of 2023 or later. It starts with MODEL,
+    whose law must be Carter-Griffith's. Default: the roller rig.
     """
     from contactlib.export.explorer import open_in_browser, write_explorer
 

@@ -1,7 +1,8 @@
-"""The explorer: one HTML page that shows a wheelset's stability live, in any browser, offline.
+"""The explorer: one HTML page that shows a wheelset's stability live, in a browser, offline.
 
-The page runs the same kernel and tables as everything else, compiled to WebAssembly. It is built
-from the sources in the folder ``explorer``; the package only writes it, and opens it.
+The page runs the same kernel as everything else, compiled to WebAssembly, with the same tables.
+Page and kernel are built from the sources in the folder ``explorer``; the package puts the kernel,
+the tables and a model into the page.
 """
 
 from __future__ import annotations
@@ -10,15 +11,28 @@ import json
 import os
 import sys
 import webbrowser
+import zlib
+from base64 import b64encode
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from contactlib import kernel
 from contactlib.base.writing import PACKAGE, write_whole
 from contactlib.files.mistakes import ModelError
 from contactlib.files.model import Missing, load_model
 from contactlib.files.reading import in_file, model_path, parse
+from contactlib.table.building import HEADER_SIZE, LAYER_STEP
+from contactlib.table.creep_force_table import CreepForceTable
+from contactlib.table.law_tables import Shape
 
 PAGE = PACKAGE / "export" / "explorer.html"
-PLACE = '<script type="application/json" id="given-model">{}</script>'  # of a model's text
+KERNEL = PACKAGE / "export" / "explorer.wasm"
+DATA = '<script type="application/json" id="{}">{}</script>'  # nothing runs it
+SHAPES: tuple[Shape, ...] = ("line", "elliptic")
+PLACES = ("kernel", *(f"table-{shape}" for shape in SHAPES), "given-model")  # that are filled here
 
 
 def write_explorer(
@@ -51,15 +65,52 @@ def write_explorer(
     """
     if Path(path).suffix.lower() not in ("", ".html", ".htm"):
         raise ValueError(f"{path}: the explorer is a page, whose file ends in .html")
-    page = PAGE.read_bytes()
-    if model is not None:
-        # Without "<" the text cannot end its element.
-        text = json.dumps(_checked_text(model)).replace("<", r"\u003c")
-        empty, filled = (PLACE.format(part).encode() for part in ("null", text))
-        if page.count(empty) != 1:
-            raise RuntimeError(f"{PAGE} must have exactly one place for a model")
-        page = page.replace(empty, filled)
-    return write_whole(path, page)
+    tables = (packed_table(kernel.shipped_path(shape).read_bytes()) for shape in SHAPES)
+    binary = map(_compressed, (KERNEL.read_bytes(), *tables))
+    text = None if model is None else _checked_text(model)
+    page = PAGE.read_text(encoding="utf-8")
+    for name, data in zip(PLACES, (*binary, text), strict=True):
+        before, empty, after = page.partition(DATA.format(name, "null"))
+        if not empty:
+            raise RuntimeError(f"{PAGE} must have a place for {name}")
+        page = before + DATA.format(name, json_text(data)) + after
+    return write_whole(path, page.encode())
+
+
+def json_text(data: object) -> str:
+    """JSON without "<", so that no text ends its element."""
+    return json.dumps(data).replace("<", r"\u003c")
+
+
+def packed_table(data: bytes) -> bytes:
+    """Rearrange a table file so that it compresses to a third.
+
+    Behind the header are the spline coefficients, then those with a layer: the bits of the former,
+    and the latter over their step, as 64-bit integers. Their second differences along each axis
+    are close to zero, so these are stored. ``open_packed_table`` in explorer/module.c restores the
+    file to the last bit.
+    """
+    table = CreepForceTable(data)
+    end = len(data) - len(table.layer_bytes)
+    cells = tuple(n + 3 for n in table.cells) if end > HEADER_SIZE else (0, 0)
+    coefficients = np.frombuffer(data[HEADER_SIZE:end], "<i8").reshape(cells[::-1])
+    steps = (np.frombuffer(table.layer_bytes, "<f4") / LAYER_STEP).astype("<i8")
+    if (steps * LAYER_STEP).astype("<f4").tobytes() != table.layer_bytes:
+        raise ValueError("a coefficient with a layer is not a multiple of LAYER_STEP")
+    layers = steps.reshape([n + 3 for n in table.layer_cells[::-1]])
+    return data[:HEADER_SIZE] + _planes(coefficients) + _planes(layers)
+
+
+def _planes(numbers: NDArray[Any]) -> bytes:
+    """Second differences along all axes: all lowest bytes, then all next ones, to the highest."""
+    for axis in 2 * tuple(range(numbers.ndim)):
+        numbers = np.diff(numbers, axis=axis, prepend=0)
+    unsigned = (numbers << 1) ^ (numbers >> 63)  # 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    return unsigned.reshape(-1, 1).view(np.uint8).T.tobytes()
+
+
+def _compressed(data: bytes) -> str:
+    return b64encode(zlib.compress(data, 9)).decode("ascii")
 
 
 def _checked_text(model: str | os.PathLike[str]) -> str:

@@ -39,6 +39,9 @@ CORNER_GRIDS = {  # by twice the corner's power
 FADES = {4: (0.14, 4), 5: (0.25, 10)}
 LAYER_CELLS = (92, 44, 58)  # along u, sqrt(k_hat) and w of fmu/kernel/creep_table.h
 LAYER_HEADER = "<IIIId"
+# Of the coefficients with a layer: rounding to it changes the traction ratio by less than 2e-8, and
+# the coefficients compress to a quarter.
+LAYER_STEP = 2.0**-22
 LAYER_MIDDLE = 0.6  # fourth root of the layer ratio at w = 1/2
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest
@@ -240,7 +243,8 @@ def _with_layers(sampler: _Sampler, done: float) -> Layers:
     along_u = np.apply_along_axis(_with_ends, 2, h)
     for axis in range(3):
         along_u = np.moveaxis(_b_spline(np.moveaxis(along_u, axis, 0)), 0, axis)
-    found = Layers(LAYER_CELLS, along_u.astype(np.float32))
+    rounded = LAYER_STEP * np.rint(along_u / LAYER_STEP) + 0.0  # no -0.0
+    found = Layers(LAYER_CELLS, rounded.astype(np.float32))
     off = np.concatenate([0.5 / np.array([cells_k, 0.3 * cells_k]), _off_nodes(9)])
     grid = places(off, _off_nodes(21))
     reference = [

@@ -11,7 +11,9 @@ export function embeddedData(id: string): unknown {
   return JSON.parse(text(id));
 }
 
-/** An element of bytes in base64. */
-export function embeddedBytes(id: string): Uint8Array<ArrayBuffer> {
-  return Uint8Array.from(atob(text(id)), (character) => character.charCodeAt(0));
+/** An element of bytes, which the command has compressed. */
+export async function embeddedBytes(id: string): Promise<Uint8Array<ArrayBuffer>> {
+  const bytes = Uint8Array.from(atob(embeddedData(id) as string), (character) => character.charCodeAt(0));
+  const whole = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(whole).arrayBuffer());
 }

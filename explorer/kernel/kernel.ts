@@ -45,17 +45,18 @@ export class Kernel {
     this.doubles = memory.allocateDoubles(ROOM);
   }
 
-  /** Start the module; each table is a table file's bytes. */
+  /** Start the module; each table is a packed table file's bytes. */
   static async load(wasm: BufferSource, tables: Record<Contact, Uint8Array>): Promise<Kernel> {
     const { instance } = await WebAssembly.instantiate(wasm);
     const module = instance.exports as unknown as Module;
     return new Kernel(module, new Memory(module), tables);
   }
 
-  private open(file: Uint8Array): number {
-    const bytes = this.memory.allocateDoubles(Math.ceil(file.length / 8)), address = this.module.new_table();
-    this.memory.bytesAt(bytes, file.length).set(file);
-    const error = this.module.creep_table_open(address, bytes, file.length);
+  private open(packed: Uint8Array): number {
+    const bytes = this.memory.allocateDoubles(Math.ceil(packed.length / 8)), address = this.module.new_table();
+    this.memory.bytesAt(bytes, packed.length).set(packed);
+    const error = this.module.open_packed_table(address, bytes, packed.length);
+    this.memory.refresh();
     if (error !== 0) throw new Error(this.memory.text(error));
     return address;
   }
@@ -113,10 +114,11 @@ export class Kernel {
 /** The kernel of the page, once it has started. */
 export let kernel: Kernel;
 
-/** Start the module that the build put into the page. */
+/** Start the module that the command put into the page. */
 export async function startKernel(): Promise<Kernel> {
-  const tables = { line: embeddedBytes("table-line"), elliptic: embeddedBytes("table-elliptic") };
-  return (kernel = await Kernel.load(embeddedBytes("kernel"), tables));
+  const [wasm, line, elliptic] =
+    await Promise.all(["kernel", "table-line", "table-elliptic"].map(embeddedBytes));
+  return (kernel = await Kernel.load(wasm!, { line: line!, elliptic: elliptic! }));
 }
 
 /** One drivetrain of the kernel, stepped in time; its memory stays in use for good. */

