@@ -39,7 +39,7 @@ def _load(name: str) -> Model:
 @click.argument("model")
 @output_option(
     "creep_table.bin",
-    "File: .csv, .mat, .npz or .nc for a table of the creep force, .bin for the kernel's table.",
+    "File: .csv, .mat or .nc for a table of the creep force, .bin for the kernel's table.",
 )
 @click.option("--load", help="Loads, as 50kN,100kN, or a range, as 50kN:150kN. Default: nominal.")
 @click.option("--speed", help="Speeds likewise, as 5,20 or '18 km/h:72 km/h'. Default: 10 m/s.")
@@ -48,9 +48,8 @@ def _load(name: str) -> Model:
 @click.option(
     "--error",
     callback=in_unit("1"),
-    help="Largest error of interpolation over the largest force. Default: 1e-3, cubic 1e-5.",
+    help="Largest error of interpolation over the largest force. Default: 1e-3.",
 )
-@click.option("--interpolation", type=click.Choice(["linear", "cubic"]), help="Default: linear.")
 @click.option(
     "--rebuild", is_flag=True, help="For .bin: solve the law instead of reading its shipped table."
 )

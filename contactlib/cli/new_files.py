@@ -65,13 +65,12 @@ def write_table(
         sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
         print_line(
             f"{write_lookup_table(found, output)}: {sizes}, largest error of "
-            f"{found.attrs['interpolation'].split()[0]} interpolation found "
-            f"{found.attrs['largest_error_found']:.2g} of the largest force"
+            f"interpolation found {found.attrs['largest_error_found']:.2g} of the largest force"
         )
         return
     if given:
         name = next(iter(given)).replace("_", "-")
-        raise ValueError(f"--{name} is for a file that ends in .csv, .mat, .npz or .nc")
+        raise ValueError(f"--{name} is for a file that ends in .csv, .mat or .nc")
     element = load().wheelset.element
     made = element.table
     if rebuild and made.law.startswith("CarterGriffith"):
