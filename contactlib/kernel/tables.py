@@ -53,10 +53,35 @@ class NativeTable:
         self, x: FloatArray, k_hat: FloatArray, layer_ratio: FloatArray = NO_LAYER
     ) -> tuple[FloatArray, FloatArray]:
         """Traction ratio and slope; the others have the shape of `x` or one element."""
-        x = np.asarray(x, dtype=np.float64, order="C")
-        k_hat = np.asarray(k_hat, dtype=np.float64, order="C")
-        layer_ratio = np.asarray(layer_ratio, dtype=np.float64, order="C")
-        ratio, slope = np.empty_like(x), np.empty_like(x)
+        ratio, slope = np.empty(x.shape), np.empty(x.shape)
+        self._fill(x, k_hat, layer_ratio, ratio, slope)
+        return ratio, slope
+
+    def traction_ratio(
+        self, x: FloatArray, k_hat: FloatArray, layer_ratio: FloatArray
+    ) -> FloatArray:
+        """The first of `evaluate`."""
+        ratio = np.empty(x.shape)
+        self._fill(x, k_hat, layer_ratio, ratio, None)
+        return ratio
+
+    def slope(self, x: FloatArray, k_hat: FloatArray, layer_ratio: FloatArray) -> FloatArray:
+        """The second of `evaluate`."""
+        slope = np.empty(x.shape)
+        self._fill(x, k_hat, layer_ratio, None, slope)
+        return slope
+
+    def _fill(
+        self,
+        x: FloatArray,
+        k_hat: FloatArray,
+        layer_ratio: FloatArray,
+        ratio: FloatArray | None,
+        slope: FloatArray | None,
+    ) -> None:
+        x, k_hat, layer_ratio = (
+            np.asarray(given, dtype=np.float64, order="C") for given in (x, k_hat, layer_ratio)
+        )
         library().creep_table_evaluate_many(
             self.struct,
             x.size,
@@ -65,10 +90,9 @@ class NativeTable:
             int(k_hat.size > 1),
             pointer(layer_ratio, "double"),
             int(layer_ratio.size > 1),
-            pointer(ratio, "double"),
-            pointer(slope, "double"),
+            ffi.NULL if ratio is None else pointer(ratio, "double"),
+            ffi.NULL if slope is None else pointer(slope, "double"),
         )
-        return ratio, slope
 
 
 class NativeContact:

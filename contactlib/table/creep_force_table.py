@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path
@@ -32,8 +31,7 @@ from contactlib.laws.law import Law
 from contactlib.laws.traction_data import TractionData
 from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build, cut_layers
 
-MAX_FLOAT = sys.float_info.max
-LARGEST_LAYER = 1e7
+FLOATS = frozenset((float, np.float64))  # a point of them is quicker without an array's checks
 
 
 @lru_cache(maxsize=64)
@@ -71,9 +69,9 @@ class CreepForceTable:
         self.note = note
         self.points = points
         self.native = _native(data)
-        self._evaluate_point = partial(kernel.library().creep_table_evaluate, self.native.struct)
-        self._largest_k_hat = self.k_max
-        self._spare: list[Any] = []
+        lib, struct = kernel.library(), self.native.struct
+        self._ratio_at = partial(lib.creep_table_ratio, struct)
+        self._slope_at = partial(lib.creep_table_slope, struct)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return CreepForceTable, (self.data, self.note, self.points)
@@ -217,52 +215,43 @@ class CreepForceTable:
             If a creepage is not finite, a k_hat is not from 0 to `k_max`, or a layer ratio is below
             zero, or above it in a table without layers.
         """
-        given = normalized_creepage, k_hat, layer_ratio
-        one = self._at_point("traction_ratio", *given)
-        return self.evaluate(*given)[0] if one is None else np.array(one)
+        if {type(normalized_creepage), type(k_hat), type(layer_ratio)} <= FLOATS:
+            ratio = self._ratio_at(normalized_creepage, k_hat, layer_ratio)
+            if ratio == ratio:  # else an argument is out of range
+                return np.array(ratio)
+        return self.native.traction_ratio(*self._arrays(normalized_creepage, k_hat, layer_ratio))
 
     def slope(
         self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike = 0.0
     ) -> FloatArray:
         """Derivative of `traction_ratio` by normalized creepage; arguments broadcast."""
-        given = normalized_creepage, k_hat, layer_ratio
-        one = self._at_point("slope", *given)
-        return self.evaluate(*given)[1] if one is None else np.array(one)
+        if {type(normalized_creepage), type(k_hat), type(layer_ratio)} <= FLOATS:
+            slope = self._slope_at(normalized_creepage, k_hat, layer_ratio)
+            if slope == slope:
+                return np.array(slope)
+        return self.native.slope(*self._arrays(normalized_creepage, k_hat, layer_ratio))
 
     def evaluate(
         self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike = 0.0
     ) -> tuple[FloatArray, FloatArray]:
-        """`traction_ratio` and `slope` together, at the cost of one."""
+        """`traction_ratio` and `slope` together, at little more than the cost of one."""
+        return self.native.evaluate(*self._arrays(normalized_creepage, k_hat, layer_ratio))
+
+    def _arrays(
+        self, normalized_creepage: ArrayLike, k_hat: ArrayLike, layer_ratio: ArrayLike
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The arguments, checked; all have the first one's shape, or the others one element."""
         x = checked("normalized_creepage", normalized_creepage, FINITE, copy=False)
-        limits = Limits(at_least=0.0, at_most=self._largest_k_hat)
+        limits = Limits(at_least=0.0, at_most=self.k_max)
         k_hat = checked("k_hat", k_hat, limits, copy=False)
-        layers = Limits(at_least=0.0, at_most=LARGEST_LAYER if self.layered else 0.0)
+        max_layer_ratio = kernel.library().MAX_LAYER_RATIO if self.layered else 0.0
+        layers = Limits(at_least=0.0, at_most=max_layer_ratio)
         layer_ratio = checked("layer_ratio", layer_ratio, layers, copy=False)
         if max(k_hat.size, layer_ratio.size) != 1 or max(k_hat.ndim, layer_ratio.ndim) > x.ndim:
             named = {"normalized_creepage": x, "k_hat": k_hat, "layer_ratio": layer_ratio}
             shape = common_shape(named)
             x, k_hat, layer_ratio = (np.broadcast_to(v, shape) for v in named.values())
-        return self.native.evaluate(x, k_hat, layer_ratio)
-
-    def _at_point(self, what: str, x: object, k_hat: object, layer: object) -> float | None:
-        """One of the kernel's values, or None unless both arguments are floats within limits.
-
-        Array checks would cost twenty times as much as the kernel's evaluation of one point.
-        """
-        if not (isinstance(x, float) and isinstance(k_hat, float) and isinstance(layer, float)):
-            return None
-        if not (abs(x) <= MAX_FLOAT and 0.0 <= k_hat <= self._largest_k_hat):
-            return None
-        if not (layer == 0.0 or (self.layered and 0.0 < layer <= LARGEST_LAYER)):
-            return None
-        try:  # reuse a struct that no other thread has: allocating costs as much as evaluating
-            value = self._spare.pop()
-        except IndexError:
-            value = kernel.ffi.new("creep_value *")
-        self._evaluate_point(x, k_hat, layer, value)
-        found: float = getattr(value, what)
-        self._spare.append(value)
-        return found
+        return x, k_hat, layer_ratio
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the table to a file; an interrupted write leaves no partial file."""

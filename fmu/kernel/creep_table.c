@@ -1,5 +1,6 @@
 #include "creep_table.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -40,6 +41,28 @@ void creep_table_node(const creep_table *shape, double u, double k_hat, double l
     node->line = line_traction_ratio(c);
     node->weight = node->normalized_creepage * half_power(1.0 - u, shape->twice_decay);
     if (shape->root_k) node->weight *= sqrt(k_hat);
+}
+
+static int in_range(const creep_table *table, double x, double k_hat, double layer_ratio) {
+    double max_layer = table->layer_w > 0 ? MAX_LAYER_RATIO : 0.0;
+    return fabs(x) <= DBL_MAX && k_hat >= 0.0 && k_hat <= table->k_max && layer_ratio >= 0.0 &&
+           layer_ratio <= max_layer;
+}
+
+double creep_table_ratio(const creep_table *table, double normalized_creepage, double k_hat,
+                         double layer_ratio) {
+    creep_value value;
+    if (!in_range(table, normalized_creepage, k_hat, layer_ratio)) return NAN;
+    creep_table_evaluate(table, normalized_creepage, k_hat, layer_ratio, &value);
+    return value.traction_ratio;
+}
+
+double creep_table_slope(const creep_table *table, double normalized_creepage, double k_hat,
+                         double layer_ratio) {
+    creep_value value;
+    if (!in_range(table, normalized_creepage, k_hat, layer_ratio)) return NAN;
+    creep_table_evaluate(table, normalized_creepage, k_hat, layer_ratio, &value);
+    return value.slope;
 }
 
 double creep_table_place(double normalized_creepage, double k_hat) {

@@ -82,7 +82,16 @@ CONTACTLIB_API const char *creep_table_open(creep_table *table, const void *byte
 CONTACTLIB_API void creep_table_evaluate(const creep_table *table, double normalized_creepage,
                                          double k_hat, double layer_ratio, creep_value *value);
 
-/* q and dq/dx at n points; a stride is 1 if each has its own value, 0 if all share one. */
+enum { MAX_LAYER_RATIO = 10000000 }; /* that callers accept */
+
+/* q or dq/dx at one point, NaN if an argument is out of range. */
+CONTACTLIB_API double creep_table_ratio(const creep_table *table, double normalized_creepage,
+                                        double k_hat, double layer_ratio);
+CONTACTLIB_API double creep_table_slope(const creep_table *table, double normalized_creepage,
+                                        double k_hat, double layer_ratio);
+
+/* q and dq/dx at n points, or one of them if the other's array is NULL; a stride is 1 if each point
+ * has its own value, 0 if all share one. */
 CONTACTLIB_API void creep_table_evaluate_many(const creep_table *table, size_t n, const double *x,
                                               const double *k_hat, size_t k_stride,
                                               const double *layer_ratio, size_t layer_stride,

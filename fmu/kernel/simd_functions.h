@@ -7,13 +7,13 @@ void WIDE(creep_table_evaluate_many)(const creep_table *table, size_t n, const d
                                      const double *k_hat, size_t k_stride,
                                      const double *layer_ratio, size_t layer_stride, double *ratio,
                                      double *slope) {
-    double k[MAX_POINTS], layer[MAX_POINTS], log_k[MAX_POINTS], log_layer[MAX_POINTS];
+    double k[MAX_POINTS], layer[MAX_POINTS], spare[MAX_POINTS];
     for (size_t first = 0; first < n; first += MAX_POINTS) {
         size_t count = n - first < MAX_POINTS ? n - first : MAX_POINTS;
         for (size_t i = 0; i < count; i++) k[i] = k_hat[(first + i) * k_stride];
         for (size_t i = 0; i < count; i++) layer[i] = layer_ratio[(first + i) * layer_stride];
-        evaluate_points(table, count, x + first, k, layer, ratio + first, slope + first, log_k,
-                        log_layer);
+        evaluate_points(table, count, x + first, k, layer, ratio != NULL ? ratio + first : spare,
+                        slope != NULL ? slope + first : spare, NULL, NULL);
     }
 }
 

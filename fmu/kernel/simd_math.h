@@ -23,6 +23,13 @@
 #define UNROLLED
 #endif
 
+/* A loop whose body is vectorised, but not the loop itself. */
+#if defined(__clang__)
+#define NOT_VECTORIZED _Pragma("clang loop vectorize(disable)")
+#else
+#define NOT_VECTORIZED
+#endif
+
 /* Smaller and larger of two numbers, not NaN: one instruction each, unlike fmin and fmax. */
 ALWAYS_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 

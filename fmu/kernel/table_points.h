@@ -64,8 +64,8 @@ ALWAYS_INLINE void evaluate_one_axis(const creep_table *table, double x, double 
 /* Cells of the points, and the spline's weights along sqrt(k_hat). */
 typedef struct {
     double root_k[MAX_POINTS], rest[MAX_POINTS], fraction_u[MAX_POINTS];
-    double along_k[MAX_POINTS][8]; /* weights of 4 rows, and of their derivative */
-    uint32_t first[MAX_POINTS];    /* index of the first coefficient */
+    double weight[4][MAX_POINTS], by_k[4][MAX_POINTS]; /* of 4 rows, and their derivatives */
+    uint32_t first[MAX_POINTS];                        /* index of the first coefficient */
 } spline_place;
 
 ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double *k_hat,
@@ -79,8 +79,8 @@ ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double 
         int32_t cell_k = (int32_t)larger(0.0, smaller(position_k, cells_k - 1.0));
         basis(position_k - (double)cell_k, weight, derivative);
         for (int j = 0; j < 4; j++) {
-            place->along_k[i][j] = weight[j];
-            place->along_k[i][4 + j] = scale_k * derivative[j];
+            place->weight[j][i] = weight[j];
+            place->by_k[j][i] = scale_k * derivative[j];
         }
         place->root_k[i] = root_k;
         place->rest[i] = rest;
@@ -89,16 +89,13 @@ ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double 
     }
 }
 
-/* Weighted sums over 4 rows, for each of 4 neighbours along u: values, then derivatives by
- * sqrt(k_hat). */
-ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, const double along_k[8],
-                            double sum[8]) {
-    for (int c = 0; c < 8; c++) sum[c] = 0.0;
+/* Sums over 4 rows with a point's weights, for each of 4 neighbours along u. */
+ALWAYS_INLINE void add_rows(const double *row, uint32_t row_length, double weight[4][MAX_POINTS],
+                            size_t i, double sum[4]) {
+    double s[4] = {0.0, 0.0, 0.0, 0.0};
     for (int j = 0; j < 4; j++, row += row_length)
-        for (int c = 0; c < 4; c++) {
-            sum[c] += along_k[j] * row[c];
-            sum[4 + c] += along_k[4 + j] * row[c];
-        }
+        for (int c = 0; c < 4; c++) s[c] += weight[j][i] * row[c];
+    for (int c = 0; c < 4; c++) sum[c] = s[c];
 }
 
 /* 1/T and c0 to c5 of every point, and their derivatives by sqrt(k_hat). */
@@ -110,12 +107,11 @@ ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline
                                 uint32_t row_length, corner_numbers *at) {
     for (size_t i = 0; i < n; i++) {
         const double *row = table->coefficients + place->first[i] / row_length * row_length;
-        const double *along_k = place->along_k[i];
         double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
         for (int j = 0; j < 4; j++, row += row_length)
             for (int m = 0; m < CORNER; m++) {
-                c[m] += along_k[j] * row[m];
-                by_root_k[m] += along_k[4 + j] * row[m];
+                c[m] += place->weight[j][i] * row[m];
+                by_root_k[m] += place->by_k[j][i] * row[m];
             }
         for (int m = 0; m < CORNER; m++) {
             at->c[m][i] = c[m];
@@ -126,7 +122,7 @@ ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline
 
 /* Add C of every point to h, which holds H and its derivatives by ln t and by sqrt(k_hat). */
 ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double *t,
-                               const corner_numbers *at, double h[][3]) {
+                               const corner_numbers *at, int by_k, double h[][3]) {
     double y[MAX_POINTS], z[MAX_POINTS], power[MAX_POINTS];
     int any = 0;
     for (size_t i = 0; i < n; i++) {
@@ -157,7 +153,7 @@ ALWAYS_INLINE void add_corners(const creep_table *table, size_t n, const double 
         double by_root_k = part * varied + d[0] / c[0] * by_log_y;
         h[i][0] += part * sum;
         h[i][1] += by_log_y;
-        h[i][2] += y[i] > 0.0 ? by_root_k : 0.0;
+        if (by_k) h[i][2] += y[i] > 0.0 ? by_root_k : 0.0;
     }
 }
 
@@ -170,25 +166,28 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
     uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
     uint32_t row_length = corner + table->cells_u + 3;
     spline_place place;
-    double sum[MAX_POINTS][8], h[MAX_POINTS][3], w[MAX_POINTS];
+    double sum[MAX_POINTS][4], by_k[MAX_POINTS][4], h[MAX_POINTS][3], w[MAX_POINTS];
     find_places(table, n, k_hat, t, row_length, &place);
-    for (size_t i = 0; i < n; i++)
-        add_rows(table->coefficients + corner + place.first[i], row_length, place.along_k[i],
-                 sum[i]);
+    NOT_VECTORIZED for (size_t i = 0; i < n; i++) { /* gathering takes longer */
+        const double *row = table->coefficients + corner + place.first[i];
+        add_rows(row, row_length, place.weight, i, sum[i]);
+        if (log_k != NULL) add_rows(row, row_length, place.by_k, i, by_k[i]);
+    }
     double cells_u = (double)table->cells_u;
     for (size_t i = 0; i < n; i++) {
-        double weight[4], derivative[4], *s = sum[i], u = 1.0 - place.rest[i];
+        double weight[4], derivative[4], *s = sum[i], *d = by_k[i], u = 1.0 - place.rest[i];
         basis(place.fraction_u[i], weight, derivative);
         h[i][0] = s[0] * weight[0] + s[1] * weight[1] + s[2] * weight[2] + s[3] * weight[3];
         h[i][1] = s[0] * derivative[0] + s[1] * derivative[1] + s[2] * derivative[2] +
                   s[3] * derivative[3];
-        h[i][2] = s[4] * weight[0] + s[5] * weight[1] + s[6] * weight[2] + s[7] * weight[3];
         h[i][1] *= cells_u * u * place.rest[i];
+        if (log_k != NULL)
+            h[i][2] = d[0] * weight[0] + d[1] * weight[1] + d[2] * weight[2] + d[3] * weight[3];
     }
     if (corner > 0) {
         corner_numbers numbers;
         find_corners(table, n, &place, row_length, &numbers);
-        add_corners(table, n, t, &numbers, h);
+        add_corners(table, n, t, &numbers, log_k != NULL, h);
     }
     half_powers(n, place.rest, table->twice_decay, w);
     double decay = 0.5 * table->twice_decay;
@@ -200,7 +199,7 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
         double by_stretch = size * w[i] * moved / stretch[i];
         ratio[i] += size * w[i] * value;
         slope[i] += w[i] * value + (stretch[i] > 0.0 ? by_stretch : 0.0);
-        log_k[i] += size * w[i] * (by_log_k - share[i] * moved);
+        if (log_k != NULL) log_k[i] += size * w[i] * (by_log_k - share[i] * moved);
     }
 }
 
@@ -212,7 +211,7 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
         for (size_t i = 0; i < n; i++) {
             evaluate_one_axis(table, fabs(x[i]), &ratio[i], &slope[i]);
             ratio[i] = copysign(ratio[i], x[i]);
-            log_k[i] = 0.0;
+            if (log_k != NULL) log_k[i] = 0.0;
         }
         return;
     }
@@ -227,13 +226,13 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
         t[i] = c.t;
         ratio[i] = part * line_traction_ratio(c);
         slope[i] = 2.0 * c.s * (1.0 - 4.0 * c.m * share[i]);
-        log_k[i] = part * (8.0 * c.m * c.s * c.y * share[i]);
+        if (log_k != NULL) log_k[i] = part * (8.0 * c.m * c.s * c.y * share[i]);
     }
     if (table->cells_u > 0)
         add_corrections(table, n, x, k_hat, t, stretch, share, ratio, slope, log_k);
     for (size_t i = 0; i < n; i++) {
         ratio[i] = copysign(ratio[i], x[i]);
-        log_k[i] = copysign(log_k[i], x[i]);
+        if (log_k != NULL) log_k[i] = copysign(log_k[i], x[i]);
     }
 }
 
@@ -286,12 +285,14 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
         part = copysign(part, x[i]);
         ratio[i] = part * q.ratio;
         slope[i] = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
+        if (log_k == NULL) continue;
         log_k[i] = part * q.log_k;
         log_layer[i] = part * q.log_layer;
     }
 }
 
-/* q and its derivatives of n <= MAX_POINTS points. */
+/* q and its derivatives of n <= MAX_POINTS points; without those by k_hat and the layer if their
+ * arrays are NULL. */
 ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
                                    const double *k_hat, const double *layer, double *ratio,
                                    double *slope, double *log_k, double *log_layer) {
@@ -299,7 +300,7 @@ ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const dou
     for (size_t i = 0; i < n; i++) layered += layer[i] >= MIN_LAYER;
     if (table->layer_w == 0) layered = 0;
     if (layered < n) evaluate_without_layer(table, n, x, k_hat, ratio, slope, log_k);
-    for (size_t i = 0; i < n; i++) log_layer[i] = 0.0;
+    for (size_t i = 0; log_k != NULL && i < n; i++) log_layer[i] = 0.0;
     if (layered > 0) add_layers(table, n, x, k_hat, layer, ratio, slope, log_k, log_layer);
 }
 

@@ -611,6 +611,11 @@ static void test_points_of_width(const many_functions *with, const creep_table *
         force_element_output force;
         creep_table_evaluate(table, x[i], k[i], layer[i], &one);
         CHECK(one.traction_ratio == ratio[i] && one.slope == slope[i]);
+        double lam = table->layer_w > 0 ? layer[i] : 0.0;
+        CHECK(creep_table_ratio(table, x[i], k[i], lam) == ratio[i]);
+        CHECK(creep_table_slope(table, x[i], k[i], lam) == slope[i]);
+        CHECK(isnan(creep_table_ratio(table, INFINITY, k[i], lam)));
+        CHECK(isnan(creep_table_slope(table, x[i], k[i], -1.0)));
         force_element_evaluate(table, parameters, &in[i], &force);
         CHECK(fabs(force.creep_force - out[i].creep_force) <= 1e-12 * fabs(force.creep_force));
         CHECK((force.falling_branch > 0.0) == (out[i].falling_branch > 0.0));
