@@ -1,14 +1,14 @@
 """The creep curve of a force element as a small inline SVG picture.
 
-The page in an FMU shows its curve without matplotlib or scripts, and in the reader's colour scheme;
-the page's style sheet defines the classes used here.
+The page's style sheet defines the classes used here, so that the picture has the reader's colours.
+Importing matplotlib for one line would take half as long again as the export of an FMU.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +18,7 @@ from contactlib.laws.traction_data import TractionData
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
 
-WIDTH, HEIGHT = 640, 360  # in the picture's units
-LEFT, RIGHT, TOP, BOTTOM = 64, 20, 18, 52  # margins around the axes
-WORDS = 200.0  # more than the width of a text beside the curve
+LEFT, RIGHT, TOP, BOTTOM = 64, 620, 18, 308  # of the axes, in a picture of 640 by 360
 FAR = 5.0  # minimum creepage at the end of the picture / creepage of the peak
 
 
@@ -42,11 +40,6 @@ def sample_curve(element: ForceElement, *, speed: float) -> TractionCurve:
     They include the peak and extend past it, or past saturation if there is no peak; of a measured
     curve they end with the last measured point.
     """
-
-    def traction(creepage: FloatArray) -> FloatArray:
-        record = element.at_creepage(creepage, speed=speed)
-        return np.asarray(record["traction_coefficient"])
-
     scale = element.saturation_creepage
     summit, highest = CreepCurve(Wheelset(element, inertia=1.0), speed=speed).peak
     far = float(element.at_creepage(1e3 * scale, speed=speed)["creep_force"])
@@ -61,83 +54,50 @@ def sample_curve(element: ForceElement, *, speed: float) -> TractionCurve:
     if has_peak:
         creepage = np.union1d(creepage, [summit])
     peak = int(np.searchsorted(creepage, summit)) if has_peak else None
-    return TractionCurve(creepage, traction(creepage), peak, measured)
+    traction = np.asarray(element.at_creepage(creepage, speed=speed)["traction_coefficient"])
+    return TractionCurve(creepage, traction, peak, measured)
 
 
-def curve_svg(curve: TractionCurve, level_name: str, level_value: float) -> str:
-    """Draw a curve with ticks, a level, its peak marked and its falling branch dashed."""
-    percent = 100.0 * curve.creepage
-    x_ticks = _ticks(float(percent[-1]))
-    highest = float(curve.traction_coefficient.max())
-    if curve.points is not None:
-        highest = max(highest, float(curve.points.traction_coefficient.max()))
-    y_ticks = _ticks(1.12 * highest)
-    bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+def curve_svg(curve: TractionCurve) -> str:
+    """Draw a curve with ticks, its peak marked and its falling branch dashed."""
+    percent, traction, points = 100.0 * curve.creepage, curve.traction_coefficient, curve.points
+    measured = np.empty(0) if points is None else points.traction_coefficient
+    x_ticks, y_ticks = _ticks(percent[-1]), _ticks(1.12 * np.max([*traction, *measured]))
 
-    def across(x: Any) -> Any:
-        return LEFT + (right - LEFT) * x / x_ticks[-1]
+    def across(x: float) -> str:
+        return f"{LEFT + (RIGHT - LEFT) * x / x_ticks[-1]:.3f}"
 
-    def up(y: Any) -> Any:
-        return bottom - (bottom - TOP) * y / y_ticks[-1]
+    def up(y: float) -> str:
+        return f"{BOTTOM - (BOTTOM - TOP) * y / y_ticks[-1]:.3f}"
 
-    def path(kind: str, part: slice) -> str:
-        points = zip(percent[part], curve.traction_coefficient[part], strict=True)
-        data = "M" + "L".join(f"{across(x):.3f} {up(y):.3f}" for x, y in points)
+    def places(x: Iterable[float], y: Iterable[float]) -> list[str]:
+        return [f"{across(a)} {up(b)}" for a, b in zip(x, y, strict=True)]
+
+    def path(kind: str, data: str) -> str:
         return f'<path class="{kind}" d="{data}"/>'
 
-    dots = np.empty((0, 2))
-    if curve.points is not None:
-        measured = 100.0 * curve.points.creepage, curve.points.traction_coefficient
-        dots = np.column_stack([across(measured[0]), np.minimum(up(measured[1]), bottom)])
-        # Of points that cover each other one is enough.
-        dots = dots[np.sort(np.unique(dots.round(), axis=0, return_index=True)[1])]
-
-    def heights(x: float, wide: float, *more: float) -> list[float]:
-        """Heights on the picture of `more` and of the points above or below a text."""
-        return [*dots[(dots[:, 0] > x) & (dots[:, 0] < x + wide), 1], *more]
-
-    def parts() -> Iterator[str]:
-        for x in x_ticks:
-            yield f'<path class="grid" d="M{across(x):.3f} {bottom}V{TOP}"/>'
-            yield f'<text class="tick x" x="{across(x):.3f}" y="{bottom + 18}">{x:g}</text>'
-        for y in y_ticks:
-            yield f'<path class="grid" d="M{LEFT} {up(y):.3f}H{right}"/>'
-            yield f'<text class="tick y" x="{LEFT - 8}" y="{up(y):.3f}" dy="4">{y:g}</text>'
-        yield f'<path class="axis" d="M{LEFT} {TOP}V{bottom}H{right}"/>'
-        yield (
-            f'<text class="label" x="{(LEFT + right) / 2}" y="{HEIGHT - 10}">'
-            "creepage &#950; [%]</text>"
-        )
-        yield (
-            f'<text class="label" transform="translate(16 {(TOP + bottom) / 2}) rotate(-90)">'
-            "traction coefficient Q/P [1]</text>"
-        )
-        level = up(level_value)
-        yield f'<path class="level" d="M{LEFT} {level:.3f}H{right}"/>'
-        yield (
-            f'<text class="note" x="{right - 4}" '
-            f'y="{max(heights(right - WORDS, WORDS + 1.0, level)) + 16:.3f}" text-anchor="end">'
-            f"{level_name} {level_value:.4g}</text>"
-        )
-        if dots.size:
-            data = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in dots)
-            yield f'<path class="points" d="{data}"/>'
-        last = len(percent) if curve.peak is None else curve.peak + 1
-        yield path("rising", slice(0, last))
-        if curve.peak is not None:
-            x, y = float(percent[curve.peak]), float(curve.traction_coefficient[curve.peak])
-            yield path("falling", slice(curve.peak, None))
-            yield f'<circle class="peak" cx="{across(x):.3f}" cy="{up(y):.3f}" r="4.5"/>'
-            over = min(heights(across(x), WORDS, up(y)))
-            yield (
-                f'<text class="note strong" x="{across(x) + 12:.3f}" y="{over - 6:.3f}">'
-                f"peak {y:.4g} at {x:.3g} %</text>"
-            )
-
+    parts = [path("grid", f"M{across(x)} {BOTTOM}V{TOP}") for x in x_ticks]
+    parts += [path("grid", f"M{LEFT} {up(y)}H{RIGHT}") for y in y_ticks]
+    parts.append(path("axis", f"M{LEFT} {TOP}V{BOTTOM}H{RIGHT}"))
+    parts += [f'<text class="tick x" x="{across(x)}" y="326">{x:g}</text>' for x in x_ticks]
+    parts += [f'<text class="tick y" x="56" y="{up(y)}" dy="4">{y:g}</text>' for y in y_ticks]
+    parts.append('<text class="label" x="342" y="350">creepage &#950; [%]</text>')
+    turned = 'transform="translate(16 163) rotate(-90)"'
+    parts.append(f'<text class="label" {turned}>traction coefficient Q/P [1]</text>')
+    if points is not None:
+        dots = places(100.0 * points.creepage, np.maximum(measured, 0.0))
+        parts.append(path("points", "".join(f"M{place}h0" for place in dots)))
+    line = places(percent, traction)
+    last = len(line) if curve.peak is None else curve.peak + 1
+    parts.append(path("rising", "M" + "L".join(line[:last])))
+    if curve.peak is not None:
+        x, y = line[curve.peak].split()
+        parts.append(path("falling", "M" + "L".join(line[curve.peak :])))
+        parts.append(f'<circle class="peak" cx="{x}" cy="{y}" r="4.5"/>')
     title = "Traction coefficient over creepage at nominal load"
     return (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{title}">'
-        f"<title>{title}</title>{''.join(parts())}</svg>"
+        f'<svg viewBox="0 0 640 360" role="img" aria-label="{title}">'
+        f"<title>{title}</title>{''.join(parts)}</svg>"
     )
 
 

@@ -15,7 +15,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from falling_friction import with_falling
 from native_models import with_memory
 
 import contactlib as cl
@@ -129,23 +128,12 @@ def test_every_variable_is_listed_with_its_unit_limits_and_start(rig: cl.Model) 
         assert numbers == (given if v.unit != "Boolean" else [])
 
 
-@pytest.mark.parametrize("warm", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_names_in_the_text_are_names_in_the_fmu(
-    locomotive: cl.Model, kind: str, warm: bool
-) -> None:
-    if warm and kind == "creep_forces":
-        return  # without slip speed
-    if warm:
-        locomotive = replace(locomotive, wheelset=with_falling(locomotive.wheelset, 0.0))
+def test_names_in_the_text_are_names_in_the_fmu(locomotive: cl.Model, kind: str) -> None:
     description = Description(with_memory(locomotive), kind)
     named = set(re.findall(r"<code>([a-z]+_[a-z_]+)</code>", index_page(description).decode()))
-    # Other kinds of FMU, and what their partner in a coupling has.
-    others = {*KINDS, "wheel_torque"} if kind == "wheelset_body" else set(KINDS)
     assert named
-    assert named - others <= set(description.by_name)
-    heat = {"contact_temperature", "softening_temperature", "thermal_effusivity"}
-    assert named & heat == (heat if warm and description.has_contact else set())
+    assert named - {*KINDS} <= set(description.by_name)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "wheelset_body"])
@@ -166,9 +154,7 @@ def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
         assert rows.get(f"{error} with a layer") == (with_one if has_layer else None)
         plain = f"{error} without one" if has_layer else error
         assert rows[plain] == f"{table.max_error:.2g}"
-        assert ("<code>layer_compliance</code>" in page) == has_layer
-        assert ("<span>layer</span>" in page) == has_layer
-        assert "choice: a layer" not in page
+        assert ("layer ratio" in rows) == has_layer
         with zipfile.ZipFile(io.BytesIO(fmu(description, 2, None))) as archive:
             csv_file = io.StringIO(archive.read("resources/creep_table.csv").decode())
         for row in list(csv.DictReader(csv_file))[::997]:
@@ -181,13 +167,9 @@ def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
 
 @pytest.mark.parametrize("implicit", [False, True])
 def test_page_reports_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> None:
-    page = tree_of(index_page(Description(rig, "force_element", implicit=implicit)))
-    here = [
-        text_of(h)
-        for h in page.iter(f"{HTML}h3")
-        if h.find(f"{HTML}span[@class='tag here']") is not None
-    ]
-    assert here == ["Implicit this FMU" if implicit else "Held force this FMU"]
+    page = index_page(Description(rig, "force_element", implicit=implicit)).decode()
+    assert ("exported implicit" in page) == implicit
+    assert ("exported with a held force" in page) == (not implicit)
 
 
 def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -352,12 +334,9 @@ def test_the_page_of_a_measured_curve_describes_it_alone(rig: cl.Model) -> None:
     assert (
         cl.MeasuredCurve(ZETA, MU, name="<my>.csv").summary in text
     )  # file, points, range, misfit and continuation
-    assert "levels off and stays at that level, which is an assumption" in text
-    for other in ("Griffith", "Eurosprinter", "microns", "third-body", "-3/2"):
+    assert "an assumption, and so is what lies below the smallest and beyond the largest" in text
+    for other in ("Griffith", "The law is a limit"):
         assert other not in text
-    assert "not modelled" not in text
     assert "The force for lateral_velocity is an assumption" in text
-    facts = {text_of(name) for name in root.iter(f"{HTML}dt")}
-    assert facts == {"wheel radius", "contact of", "nominal load", "law", "effective inverse mass"}
-    assert text.count("assumed") == 2  # the effective inverse mass, and its steps
-    assert "assumed" not in text_of(tree_of(page_of(rig)))
+    assert "effective inverse mass is assumed" in text
+    assert "is assumed" not in text_of(tree_of(page_of(rig)))
