@@ -47,9 +47,9 @@ class Recorded:
         buffer, self._evaluate = evaluated.buffer()
         self._buffer = buffer  # which must outlive the calls
         for i, argument in enumerate(self._arguments):
-            buffer.set_arg(i, memoryview(argument))
+            buffer.set_arg(i, argument.data)
         for i, result in enumerate(self._results):
-            buffer.set_res(i, memoryview(result))
+            buffer.set_res(i, result.data)
 
     def __call__(self, *given: FloatArray) -> Arrays:
         """Results at these arguments."""

@@ -83,7 +83,7 @@ def amplitudes(
         given["commanded_torque"] = point.drive_torque + proportional * error + memory
         memory += integral * step * error
         fleet.advance(given, state, 0.0, step, tolerance, substep)
-    return np.reshape(sizes, (cycles, rows, len(kicks))).max(axis=1)
+    return np.asarray(np.reshape(sizes, (cycles, rows, len(kicks))).max(axis=1))
 
 
 def last_cycle_about_a_held_mean(

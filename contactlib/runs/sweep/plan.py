@@ -138,7 +138,7 @@ class Plan:
         parts: dict[str, object] = {
             "scenario": self.contents.data,
             "vehicle": self.contents.vehicle,
-            "values": hashlib.sha256(np.ascontiguousarray(values)).digest(),
+            "values": hashlib.sha256(np.ascontiguousarray(values).data).digest(),
             **{f"axis {one.name}": (one.factor, one.targets, one.spread) for one in self.axes},
             "controllers": list(self.controllers),
             "tables": sorted(self.tables.items()),
