@@ -16,7 +16,6 @@ from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metrics, write_comparison
 from contactlib.runs.result import Result
 from contactlib.runs.scenario_runs import run_scenario
-from contactlib.runs.sweep.store import locked
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
 from contactlib.stability import controllability, reduced_frequency, worst_pole
 from contactlib.stability.poles import STEADY_ROLLING
@@ -242,8 +241,8 @@ def write_tuning(
         Controllers; empty for all that declare settings to search.
     folder : Path
         Gets settings.toml, which is written anew whenever a controller is tuned, and after the
-        last one errors.csv, errors.txt and the figure errors. It is created and locked before the
-        first search.
+        last one errors.csv, errors.txt and the figure errors. It is created before the first
+        search.
     reporter, formats
         As for `write_report`.
     trials, seeds : int
@@ -253,8 +252,6 @@ def write_tuning(
     ------
     ValueError
         As `contactlib.tune` does, and if two scenarios have one name.
-    RuntimeError
-        If another process writes to the folder.
     OSError
         If the folder cannot be created or written.
     """
@@ -268,7 +265,7 @@ def write_tuning(
     settings = folder / "settings.toml"
     with ExitStack() as stack:
         stack.callback(_remove_empty, folder)
-        stack.enter_context(locked(folder / "lock"))
+        folder.mkdir(parents=True, exist_ok=True)
         try:
             for name in chosen:
                 with reporter.step(f"Tuning {name}") as progress:

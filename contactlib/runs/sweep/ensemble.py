@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
@@ -33,7 +34,7 @@ from contactlib.runs.sweep.execution import (
 )
 from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import ScenarioBuilder, Sweep
-from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan, discard, locked
+from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan
 from contactlib.traction.interface import Controller
 from contactlib.vehicle.track import OFF_MAP
 
@@ -241,7 +242,7 @@ def ensemble(
         the files that define them, but not of what these import; what a notebook defines is never
         the same.
     chunk : int, optional
-        Number of runs in a chunk; ignored if the output folder already has chunks.
+        Number of runs in a chunk.
     restart : bool, optional
         Whether to discard previous results of this sweep in `output`.
     progress : callable, optional
@@ -309,24 +310,25 @@ def _in_folder(
 ) -> Dataset:
     """Run what of the sweep is not yet in the folder of its results."""
     chunks = path.with_suffix(".chunks")
-    if path.exists() and not restart and not chunks.exists():
-        return _finished(sweep, digest, path, progress)
-    with locked(chunks) as file:
-        if restart:
-            discard(file)
-        if (
-            path.exists() and not restart
-        ):  # a kill came between writing the file and removing the chunks
-            dataset = _finished(sweep, digest, path, progress)
-        else:
-            rows = sweep.plan.rows[FAILED].stop
-            store = ChunkStore(file, digest, rows=rows, runs=sweep.runs, chunk=chunk)
-            path.unlink(missing_ok=True)  # of a restart; not before the disk has room for more
-            results = _run(sweep, store, store.chunk, executor, count, progress)
-            dataset = make_dataset(sweep, results, digest)
-            write_dataset(dataset, path)
-        discard(file)
+    if restart:
+        shutil.rmtree(chunks, ignore_errors=True)
+    elif path.exists():
+        dataset = _finished(sweep, digest, path, progress)
+        shutil.rmtree(chunks, ignore_errors=True)  # that a kill has left
+        return dataset
+    store = ChunkStore(chunks, digest, sweep.plan.rows[FAILED].stop)
+    path.unlink(missing_ok=True)  # of a restart; not before the disk has room for more
+    dataset = make_dataset(sweep, _run(sweep, store, chunk, executor, count, progress), digest)
+    if path.exists():  # by a second process
+        _check_plan(read_dataset(path), path, digest)
+    write_dataset(dataset, path)
+    store.remove()
     return dataset
+
+
+def _check_plan(known: Dataset, path: Path, digest: str) -> None:
+    if known.attrs.get("plan_digest") != digest:
+        raise another_plan(f"{path} is", known.attrs.get("plan_digest"), digest)
 
 
 def _finished(
@@ -334,8 +336,7 @@ def _finished(
 ) -> Dataset:
     """Read the dataset of a finished sweep, and update its name, source and labels."""
     known = read_dataset(path)
-    if known.attrs.get("plan_digest") != digest:
-        raise another_plan(f"{path} is", known.attrs.get("plan_digest"), digest)
+    _check_plan(known, path, digest)
     rows = [known[name].values.reshape(-1, sweep.runs) for name in sweep.plan.rows]
     dataset = make_dataset(sweep, np.concatenate(rows), digest)
     if not dataset.identical(known):  # a name, source or label has changed
@@ -381,19 +382,30 @@ def _run(
     count: int,
     progress: Callable[[float], object],
 ) -> FloatArray:
-    """Results of all runs; chunks that the store has are not run again."""
-    starts = range(0, sweep.runs, chunk)
-    loaded = {} if store is None else {first: store.load(first) for first in starts}
-    found = {first: known for first, known in loaded.items() if known is not None}
-    progress(len(found) / len(starts))
+    """Results of all runs; those that the store has are not computed again."""
+    results = np.empty((sweep.plan.rows[FAILED].stop, sweep.runs))
+    done = np.zeros(sweep.runs, dtype=bool)
 
-    def keep(first: int, results: FloatArray) -> None:
+    def put(first: int, some: FloatArray) -> None:
+        runs = slice(first, first + some.shape[1])
+        results[:, runs], done[runs] = some, True
+
+    def keep(first: int, some: FloatArray) -> None:
         if store is not None:
-            store.save(first, results)
-        found[first] = results
-        progress(len(found) / len(starts))
+            store.save(first, some)
+        put(first, some)
+        progress(float(done.mean()))
 
-    todo = [(i, min(i + chunk, sweep.runs)) for i in starts if i not in found]
+    for first, some in store.load().items() if store else ():
+        put(first, some)
+    progress(float(done.mean()))
+    left = np.flatnonzero(~done)
+    gaps = np.split(left, np.flatnonzero(np.diff(left) > 1) + 1) if left.size else []
+    todo = [
+        (first, min(first + chunk, int(gap[-1]) + 1))
+        for gap in gaps
+        for first in range(int(gap[0]), int(gap[-1]) + 1, chunk)
+    ]
     if todo:
         _doubt_map(sweep)
     entered: AbstractContextManager[Workers]
@@ -407,4 +419,4 @@ def _run(
         warnings.filterwarnings("ignore", OFF_MAP, InputWarning)  # shown for the first run
         if todo:
             run_chunks(sweep.plan, sweep.values, todo, workers, keep)
-    return np.concatenate([found[first] for first in starts], axis=1)
+    return results

@@ -136,7 +136,7 @@ def test_a_dead_worker_process_is_reported_and_costs_no_chunk(
             cl.ensemble(path, executor=pool, output=tmp_path, chunk=1, progress=kill_one)
     kept = chunks_kept(tmp_path)
     assert kept > 7
-    assert len(chunks_run(path, tmp_path, known)) == 24 - kept
+    assert len(chunks_run(path, tmp_path, known, chunk=1)) == 24 - kept
 
 
 @pytest.mark.parametrize("runs", [24, 1000, 20_000, 1_000_000])
@@ -170,7 +170,7 @@ def test_a_killed_sweep_goes_on_and_does_no_chunk_twice(
     run.communicate()
     kept = chunks_kept(tmp_path)
     parts: list[float] = []
-    again = chunks_run(path, tmp_path, known, progress=parts.append)
+    again = chunks_run(path, tmp_path, known, chunk=1, progress=parts.append)
     assert len(set(again)) == len(again) == 24 - kept
     assert parts[0] == kept / 24
     assert parts == sorted(parts)
@@ -179,7 +179,7 @@ def test_a_killed_sweep_goes_on_and_does_no_chunk_twice(
 
 def test_a_finished_sweep_is_not_run_again(path: Path, known: bytes, tmp_path: Path) -> None:
     assert file_of(path, tmp_path) == known
-    (tmp_path / f"{path.stem}.chunks").touch()  # as after a kill at the very end
+    (tmp_path / f"{path.stem}.chunks").mkdir()  # as after a kill at the very end
     for _ in range(2):
         assert chunks_run(path, tmp_path, known) == []
     assert chunks_run(path, tmp_path, known, restart=True) != []
@@ -199,17 +199,40 @@ def test_a_finished_sweep_is_described_as_it_now_is(tmp_path: Path) -> None:
     assert (folder / "quick_sweep.nc").stat().st_mtime_ns == before  # nothing to write
 
 
-def test_a_second_start_on_one_output_is_refused(path: Path, known: bytes, tmp_path: Path) -> None:
-    chunks = tmp_path / f"{path.stem}.chunks"
-
+def test_a_second_start_on_one_output_gives_the_same(
+    path: Path, known: bytes, tmp_path: Path
+) -> None:
     def start_again(part: float) -> None:
-        before = chunks.read_bytes()
         for restart in (False, True):
-            with pytest.raises(RuntimeError, match=f"in use by process {os.getpid()} on "):
-                cl.ensemble(path, output=tmp_path, chunk=6, restart=restart)
-        assert chunks.read_bytes() == before
+            assert file_of(path, tmp_path, chunk=6, restart=restart) == known
 
     assert file_of(path, tmp_path, chunk=4, workers=1, progress=start_again) == known
+
+
+def test_the_results_of_another_sweep_are_not_replaced(path: Path, tmp_path: Path) -> None:
+    other = write_sweep(tmp_path, LONG.replace("300.0", "302.0"))
+
+    def restart_another(part: float) -> None:
+        if not part:
+            cl.ensemble(other, output=tmp_path, restart=True)
+
+    with pytest.raises(ValueError, match="is of another plan: not the same: axis inertia"):
+        cl.ensemble(path, output=tmp_path, progress=restart_another)
+    found = cl.ensemble(other, output=tmp_path)
+    assert found["inertia"].values[-1] == 302.0
+
+
+@pytest.mark.parametrize("chunk", [2, 5])
+def test_chunks_of_another_size_are_used(
+    path: Path, known: bytes, tmp_path: Path, chunk: int
+) -> None:
+    stop_in_the_middle(path, tmp_path)
+    (tmp_path / f"{path.stem}.chunks" / "3.chunk").unlink()
+    kept = chunks_kept(tmp_path)
+    with CountingExecutor() as executor:
+        assert file_of(path, tmp_path, executor=executor, chunk=chunk) == known
+    assert executor.chunks[0] == 3
+    assert len(executor.chunks) <= math.ceil((24 - kept) / chunk) + 1
 
 
 def test_a_restart_that_is_killed_goes_on_without_the_results_before(

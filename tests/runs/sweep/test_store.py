@@ -1,130 +1,75 @@
-"""The file of a sweep's chunks: locked, whole or not used."""
+"""The chunks of a sweep on disk: those that were saved, or none."""
 
 from __future__ import annotations
 
-import errno
-import json
 import os
-import platform
-from io import FileIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
-from contactlib.runs.sweep import store
-from contactlib.runs.sweep.store import OWNER, ChunkStore, locked
+from contactlib.runs.sweep.store import CHECKSUM, ChunkStore
 
 FOUND = np.arange(12.0).reshape(3, 4)
 DIGEST = '{"contactlib": "this"}'
 
 
-def opened(file: FileIO, digest: str = DIGEST) -> ChunkStore:
-    return ChunkStore(file, digest, rows=3, runs=10, chunk=4)
-
-
-@pytest.mark.parametrize("harm", ["none", "flip", "cut", "swap", "foreign"])
+@pytest.mark.parametrize("harm", ["none", "flip", "cut", "empty", "swap", "foreign"])
 def test_a_chunk_is_that_which_was_saved_or_none(tmp_path: Path, harm: str) -> None:
-    path = tmp_path / "x.chunks"
-    with locked(path) as file:
-        for first in (0, 4):
-            opened(file).save(first, FOUND + first)
-    data = path.read_bytes()
-    size = store.CHECKSUM + FOUND.nbytes
-    one, two = data[-2 * size : -size], data[-size:]
+    store = ChunkStore(tmp_path / "x", DIGEST, 3)
+    for first in (0, 4):
+        store.save(first, FOUND + first)
+    one, two = ((tmp_path / "x" / f"{first}.chunk").read_bytes() for first in (0, 4))
     harmed = {
-        "none": one + two,
-        "flip": one + two[:-9] + bytes([two[-9] ^ 1]) + two[-8:],
-        "cut": one + two[:-9],  # as by a kill or a full disk
-        "swap": one + one,
-        "foreign": one + bytes(size),
+        "none": two,
+        "flip": two[:-9] + bytes([two[-9] ^ 1]) + two[-8:],
+        "cut": two[:-9],
+        "empty": b"",
+        "swap": one,
+        "foreign": bytes(CHECKSUM) + two[CHECKSUM:],
     }
-    path.write_bytes(data[: -2 * size] + harmed[harm])
-    with locked(path) as file:
-        kept = opened(file)
-        assert np.array_equal(kept.load(0), FOUND)  # type: ignore[arg-type]
-        second = kept.load(4)
-        assert second is None if harm != "none" else np.array_equal(second, FOUND + 4)  # type: ignore[arg-type]
-        assert kept.load(8) is None
-        kept.save(8, last := FOUND[:, :2])
-        assert np.array_equal(kept.load(8), last)  # type: ignore[arg-type]
+    (tmp_path / "x" / "4.chunk").write_bytes(harmed[harm])
+    again = ChunkStore(tmp_path / "x", DIGEST, 3)
+    chunks = again.load()
+    assert_array_equal(chunks.pop(0), FOUND)
+    if harm == "none":
+        assert_array_equal(chunks.pop(4), FOUND + 4)
+    assert not chunks
+    again.save(8, FOUND[:, :2])
+    assert_array_equal(again.load()[8], FOUND[:, :2])
 
 
 @pytest.mark.parametrize("text", ['{"kind": ', "[]", '{"digest": 3}'])
-def test_a_damaged_plan_is_no_plan(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "x.chunks"
-    path.write_text(" " * OWNER + text + "\n")
-    with (
-        pytest.raises(ValueError, match="of another plan: made with another contactlib, this is"),
-        locked(path) as file,
-    ):
-        opened(file)
+def test_another_or_damaged_plan_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(ValueError, match="of another plan: made with another contactlib, this is"):
+        ChunkStore(tmp_path, DIGEST, 3)
 
 
-def test_a_chunk_has_the_length_of_the_chunks_before(tmp_path: Path) -> None:
-    with locked(tmp_path / "x.chunks") as file:
-        opened(file).save(0, FOUND)
-        again = ChunkStore(file, DIGEST, rows=3, runs=10, chunk=5)
-        assert again.chunk == 4
-        assert again.load(0) is not None
-
-
-def test_a_lock_is_of_one_and_leaves_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "lock"
-    for _ in range(2):
-        with locked(path):
-            who = f"in use by process {os.getpid()} on {platform.node()}, which writes to it"
-            with pytest.raises(RuntimeError, match=who), locked(path):
-                pass
-        assert not path.exists()
-
-
-@pytest.mark.skipif(os.name != "posix", reason="elsewhere an open file is not removed")
-def test_a_lock_that_its_owner_has_just_removed_is_not_taken_for_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path, lock, tried = tmp_path / "new" / "lock", store._lock, []
-
-    def late(file: FileIO) -> None:
-        tried.append(file)
-        if len(tried) == 1:
-            path.unlink()
-        lock(file)
-
-    monkeypatch.setattr(store, "_lock", late)
-    with locked(path):
-        assert path.exists()
-    assert len(tried) == 2
-
-
-def test_a_file_system_without_locks_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def none(file: FileIO) -> None:
-        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
-
-    monkeypatch.setattr(store, "_lock", none)
-    with pytest.raises(OSError, match=r"No locks available: .*lock"), locked(tmp_path / "lock"):
-        pass
+def test_two_processes_on_one_folder_do_not_mix(tmp_path: Path) -> None:
+    first, second = (ChunkStore(tmp_path / "x", DIGEST, 3) for _ in range(2))
+    first.save(0, FOUND)
+    assert_array_equal(second.load()[0], FOUND)
+    first.remove()
+    second.save(4, FOUND)
+    (tmp_path / "x" / "plan.json").unlink(missing_ok=True)
+    other = ChunkStore(tmp_path / "x", '{"contactlib": "another"}', 3)
+    assert not other.load()
+    assert list(second.load()) == [4]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_full_disk_is_reported_and_what_was_saved_stays(tmp_path: Path) -> None:
     import resource
 
-    path = tmp_path / "x.chunks"
-    with locked(path) as file:
-        kept = opened(file)
-        kept.save(0, FOUND)
-        _, largest = known = resource.getrlimit(resource.RLIMIT_FSIZE)
-        try:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 50, largest))
-            with pytest.raises(OSError, match=r"File too large: .*x\.chunks"):  # not: no space
-                kept.save(4, FOUND)
-            with pytest.raises(OSError, match=r"File too large: .*x\.chunks"):
-                kept.save(8, FOUND[:, :2])
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, known)
-        assert kept.load(4) is None
-        assert np.array_equal(kept.load(0), FOUND)  # type: ignore[arg-type]
-    assert json.loads(path.read_bytes()[OWNER:].split(b"\n")[0])["chunk"] == 4
+    store = ChunkStore(tmp_path, DIGEST, 3)
+    store.save(0, FOUND)
+    _, largest = known = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (50, largest))
+        with pytest.raises(OSError, match=r"File too large: .*4\.chunk"):
+            store.save(4, FOUND)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, known)
+    assert list(store.load()) == [0]
