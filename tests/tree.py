@@ -17,7 +17,10 @@ FOLDERS = (
 def installed(site_packages: Path, *left_out: str) -> Path:
     """The package as a wheel holds it, with nothing of the tree beside it; returns its folder."""
     package = site_packages / "contactlib"
-    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", *left_out))
+    ignored = shutil.ignore_patterns("__pycache__", "locomotive_train", *left_out)
+    shutil.copytree(PACKAGE, package, ignore=ignored)
     for folder in ("fmu", "models"):
-        shutil.copytree(package_folder(folder), package / folder, dirs_exist_ok=True)
+        shutil.copytree(
+            package_folder(folder), package / folder, ignore=ignored, dirs_exist_ok=True
+        )
     return package

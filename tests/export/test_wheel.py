@@ -119,11 +119,11 @@ def built(tree: Path, output: Path, kind: str = "wheel") -> Path:
 
 
 def tree(folder: str, *suffixes: str) -> set[str]:
-    """Files of the tree below a folder, relative to it."""
+    """Files of the tree below a folder that belong in a wheel, relative to it."""
     return {
         path.relative_to(ROOT / folder).as_posix()
         for path in (ROOT / folder).rglob("*")
-        if path.suffix in suffixes and "__pycache__" not in path.parts
+        if path.suffix in suffixes and not {"__pycache__", "locomotive_train"} & {*path.parts}
     }
 
 
@@ -145,15 +145,14 @@ def test_it_has_the_package_and_what_describes_it(wheel: Wheel) -> None:
 def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
     own = tree("contactlib", ".py")
     found = {n for n in inside(wheel, "contactlib") if n.endswith(".py")}
-    models = {f"models/{name}" for name in tree("models", ".py")}
-    assert found == own | models | {"fmu/build_hook.py"}
+    assert found == own | {"fmu/build_hook.py"}
     assert not [name for name in wheel.files if re.search(r"test|conftest|source/|\.pyc", name)]
 
 
 def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     kinds = {
         "fmu": (".c", ".h", ".md", ".py"),
-        "models": (".toml", ".csv", ".png", ".md", ".py"),
+        "models": (".toml", ".csv", ".png", ".md"),
         "table/data": (".bin",),
         "files/templates": (".toml",),
         "export/assets": (".html", ".css", ".svg", ".png", ".txt", ".c", ".cs", ".h", ".mo"),
