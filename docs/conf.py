@@ -10,6 +10,8 @@ from pathlib import Path
 
 GUIDE = Path(__file__).parent
 sys.path.insert(0, str(GUIDE))  # for `generators` and `notebooks`
+folders = [str(GUIDE.parent / "models"), os.environ.get("PYTHONPATH", "")]
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, folders))  # cells import the locomotive
 os.environ["MATPLOTLIBRC"] = str(GUIDE / "matplotlibrc")  # one look of all figures
 
 project = "contactlib"
