@@ -35,7 +35,7 @@ UNITS = {
     "1/(N.m)": {"1/(kN.m)": 1e-3},
     "K": {"delta_degC": 1.0, "delta_degF": 5.0 / 9.0},  # of a rise, not of a temperature
 }
-# Substitutions of other spellings by those above, in this order; Python and the explorer page use #
+# Substitutions of other spellings by those above, in this order. Python and the explorer page use
 # the same regular expressions.
 SPELLINGS = (
     (r"[\u00b5\u03bc]", "u"),

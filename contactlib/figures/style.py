@@ -7,6 +7,7 @@ import re
 import textwrap
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import matplotlib as mpl
@@ -147,26 +148,13 @@ def sized(size: float) -> float:
     return 0.1 * size * float(mpl.rcParams["font.size"])
 
 
-class _Setting:
-    """A setting that holds from a statement on, or in a ``with`` statement inside only."""
-
-    now: Any
-
-    def __init__(self, value: Any) -> None:
-        self._before = type(self).now
-        type(self).now = value
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, *_: object) -> None:
-        type(self).now = self._before
+_captions: ContextVar[bool] = ContextVar("captions", default=True)
+_page: ContextVar[tuple[float, float] | None] = ContextVar("page", default=None)
 
 
-class captions(_Setting):  # noqa: N801
-    """Whether figures are drawn with their captions.
-
-    As a statement it applies from then on; in a ``with`` statement it applies inside only.
+@contextmanager
+def captions(shown: bool) -> Iterator[None]:
+    """Draw figures in the ``with`` statement with or without their captions.
 
     Parameters
     ----------
@@ -181,17 +169,16 @@ class captions(_Setting):  # noqa: N801
     >>> figure.get_supxlabel()
     ''
     """
+    token = _captions.set(bool(shown))
+    try:
+        yield
+    finally:
+        _captions.reset(token)
 
-    now = True
 
-    def __init__(self, shown: bool) -> None:
-        super().__init__(bool(shown))
-
-
-class page_size(_Setting):  # noqa: N801
-    """Size of all figures that are drawn, in place of one that grows with the text.
-
-    As a statement it holds from then on; in a ``with`` statement it holds inside only.
+@contextmanager
+def page_size(size: str | None) -> Iterator[None]:
+    """Draw figures in the ``with`` statement on pages of one size, which do not grow with the text.
 
     Parameters
     ----------
@@ -211,11 +198,11 @@ class page_size(_Setting):  # noqa: N801
     >>> figure.get_size_inches().round(2).tolist()
     [13.33, 7.5]
     """
-
-    now: tuple[float, float] | None = None
-
-    def __init__(self, size: str | None) -> None:
-        super().__init__(None if size is None else _inches(size))
+    token = _page.set(None if size is None else _inches(size))
+    try:
+        yield
+    finally:
+        _page.reset(token)
 
 
 def _inches(size: str) -> tuple[float, float]:
@@ -238,7 +225,7 @@ def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
     It grows with the text, so that texts do not overlap at any text size, unless a `page_size`
     applies.
     """
-    inches = page_size.now or (sized(width), sized(height))
+    inches = _page.get() or (sized(width), sized(height))
     figure = Figure(figsize=inches, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(**grid)
@@ -364,7 +351,7 @@ def wrapped(text: str, width: int, **options: Any) -> str:
 
 def typeset(figure: Figure, caption: str) -> str:
     """Wrap a caption to the figure's width and typeset its symbols; empty if captions are off."""
-    if not captions.now:
+    if not _captions.get():
         return ""
     lines = wrapped(caption, line_length(figure, 14.5))
     return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
@@ -372,7 +359,7 @@ def typeset(figure: Figure, caption: str) -> str:
 
 def add_caption(figure: Figure, caption: str) -> None:
     """Set a caption under a figure."""
-    if captions.now:
+    if _captions.get():
         look: dict[str, Any] = {"ha": "left", "size": sized(9), "linespacing": 1.4}
         figure.supxlabel(typeset(figure, caption), x=0.01, **look)
 

@@ -32,7 +32,7 @@ IS_SWEEP = (
     "is a sweep, neither a model nor a scenario: contactlib.load_sweep reads it and the command "
     "'contactlib sweep' runs it"
 )
-# A key of 10 parts with dots between them. A key cannot begin after a backslash, so that a quote #
+# A key of 10 parts with dots between them. A key cannot begin after a backslash, so that a quote
 # inside a string never begins another string, which would make the time quadratic in its length.
 PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![\w\\-]){PART}(?:[ \t]*+\.[ \t]*+{PART}){{9}}")

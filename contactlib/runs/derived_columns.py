@@ -174,7 +174,7 @@ DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
 
 
 @dataclass
-class Alone:
+class SingleWheelset:
     """Source of rows of a single wheelset, without available force."""
 
     fleet: kernel.NativeFleet
@@ -211,9 +211,9 @@ def continuous_result(
     demand = columns["drive_torque"]
     if isinstance(controller, CreepControl):
         demand = np.full_like(demand, controller.torque_max)
-    source = Alone(Drivetrain(wheelset).native, np.array([wheelset.radius]))
+    source = SingleWheelset(Drivetrain(wheelset).native, np.array([wheelset.radius]))
     block = Block(columns["time"], demand[:, np.newaxis], inputs, states, source, [])
-    units = {**CONTINUOUS_UNITS, "reference": CONTINUOUS_UNITS[controller.asks_for], **UNITS}
+    units = {**CONTINUOUS_UNITS, "reference": CONTINUOUS_UNITS[controller.prescribes], **UNITS}
     del units["available_force"]
     if "drive_work" not in columns:
         units = {name: unit for name, unit in units.items() if name not in WORK_UNITS}

@@ -160,7 +160,7 @@ def simulate(
     else:
         curve = CreepCurve(wheelset, Conditions(speed=initial_speed, **given))
         if creepage is None:
-            given_creepage = controller.asks_for == "creepage"
+            given_creepage = controller.prescribes == "creepage"
             creepage = reference if given_creepage else curve.grip(reference)
         torque = float(curve.torque(creepage))
     omega = (initial_speed + creepage * max(abs(initial_speed), slowest)) / wheelset.radius

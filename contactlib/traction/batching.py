@@ -96,7 +96,7 @@ def _parts(value: Any) -> dict[str, Any]:
     return {name: getattr(value, name) for name in names}
 
 
-class Own(NamedTuple):
+class CopiesMemory(NamedTuple):
     """Memory of sampled controllers: a copy for each wheelset, and the number of the sample."""
 
     controllers: list[SampledController]
@@ -110,7 +110,7 @@ class Copies:
         self._controllers: Sequence[SampledController] = controllers
         self.sample_time = float(controllers[0].sample_time)
 
-    def start(self, measurement: Measurement[FloatArray], torque: Any) -> Own:
+    def start(self, measurement: Measurement[FloatArray], torque: Any) -> CopiesMemory:
         """Copy the controllers and reset the copies."""
         copies = [_copy(control) for control in self._controllers]
         torques = np.broadcast_to(np.asarray(torque, dtype=np.float64), len(copies)).tolist()
@@ -119,9 +119,11 @@ class Copies:
                 control.reset(seen, given)
             except USERS_ERRORS as error:
                 raise explained(f"{type(control).__name__}.reset", error) from error
-        return Own(copies, 0)
+        return CopiesMemory(copies, 0)
 
-    def sample(self, measurement: Measurement[FloatArray], memory: Own) -> tuple[FloatArray, Own]:
+    def sample(
+        self, measurement: Measurement[FloatArray], memory: CopiesMemory
+    ) -> tuple[FloatArray, CopiesMemory]:
         """Torques [N.m] of the copies, and the memory."""
         time = memory.sample * self.sample_time
         torques = [

@@ -57,7 +57,7 @@ class LimiterMemory(NamedTuple):
         Whether the last demand was negative.
     torque : ndarray
         Torque that was requested last [N.m].
-    zero : CreepageBias
+    bias : CreepageBias
         Estimated error of the measured creepage.
     """
 
@@ -66,7 +66,7 @@ class LimiterMemory(NamedTuple):
     limiting: NDArray[np.bool_]
     braking: NDArray[np.bool_]
     torque: FloatArray
-    zero: CreepageBias
+    bias: CreepageBias
 
 
 class Slip(NamedTuple):
@@ -86,7 +86,7 @@ class Slip(NamedTuple):
         Reference speed of the creepage: the vehicle's, at least `low_speed` [m/s].
     missing : ndarray
         Torque that was commanded last minus what the drive gave, in the demand's direction [N.m].
-    zero : CreepageBias
+    bias : CreepageBias
         Estimated error of the measured creepage.
     """
 
@@ -96,7 +96,7 @@ class Slip(NamedTuple):
     speed: FloatArray
     scale: FloatArray
     missing: FloatArray
-    zero: CreepageBias
+    bias: CreepageBias
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,8 +194,8 @@ class SlipLimiter(Parameters):
         scale = maximum(abs(vehicle.speed), self.low_speed)
         limiting = memory.limiting & (braking == memory.braking)
         # The raw speeds, as a filter lags when the torque is taken away and the vehicle coasts.
-        zero = learn(
-            memory.zero,
+        bias = learn(
+            memory.bias,
             slip=measurement.wheel_speed - measurement.vehicle_speed,
             vehicle_speed=vehicle.speed,
             scale=scale,
@@ -206,10 +206,10 @@ class SlipLimiter(Parameters):
             stick_torque=self.stick_torque,
             stick_compliance=self.stick_compliance,
         )
-        forward = measurement.wheel_speed - vehicle.speed - zero.error * vehicle.speed
+        forward = measurement.wheel_speed - vehicle.speed - bias.error * vehicle.speed
         missing = sign * (memory.torque - measurement.torque)
         demand = sign * measurement.demand
-        return Slip(braking, sign, demand, sign * forward, scale, missing, zero), vehicle
+        return Slip(braking, sign, demand, sign * forward, scale, missing, bias), vehicle
 
     def limit(
         self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
@@ -221,7 +221,7 @@ class SlipLimiter(Parameters):
         target = maximum(reference * slip.scale, self.minimum_slip)
         error = target - slip.speed
         requested = self.proportional_gain * error + integral
-        limit = where(slip.zero.looking, minimum(self.stick_torque, demand), demand)
+        limit = where(slip.bias.looking, minimum(self.stick_torque, demand), demand)
         size = minimum(maximum(requested, 0.0), limit)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
@@ -238,10 +238,10 @@ class SlipLimiter(Parameters):
         return torque, LimiterMemory(
             vehicle,
             minimum(maximum(integral, 0.0), limit),
-            (requested < demand) | slip.zero.looking,
+            (requested < demand) | slip.bias.looking,
             slip.braking,
             torque,
-            slip.zero,
+            slip.bias,
         )
 
 

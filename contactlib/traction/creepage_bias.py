@@ -61,7 +61,7 @@ def start_creepage_bias(slip: FloatArray, uncertainty: Any) -> CreepageBias:
 
 
 def learn(
-    zero: CreepageBias,
+    bias: CreepageBias,
     *,
     slip: FloatArray,
     vehicle_speed: FloatArray,
@@ -77,7 +77,7 @@ def learn(
 
     Parameters
     ----------
-    zero : CreepageBias
+    bias : CreepageBias
         Estimate so far.
     slip, vehicle_speed, scale : ndarray
         Measured forward slip speed, vehicle speed and reference speed of the creepage [m/s].
@@ -91,20 +91,20 @@ def learn(
         Torque up to which the wheel sticks [N.m], and creepage / torque then [1/(N.m)].
     """
     sticks = abs(torque) <= stick_torque * (1.0 + 1e-9)
-    sticks = sticks & (abs(slip - zero.slip) <= CALM * sample_time + 5.0 * noise)
-    calm = where(sticks, zero.calm + sample_time, 0.0)
+    sticks = sticks & (abs(slip - bias.slip) <= CALM * sample_time + 5.0 * noise)
+    calm = where(sticks, bias.calm + sample_time, 0.0)
     grown = (FORGOTTEN * FORGOTTEN - 1.0) * KNOWN * KNOWN / FORGETTING * sample_time
-    variance = zero.variance + grown * (zero.variance > 0.0)
+    variance = bias.variance + grown * (bias.variance > 0.0)
     # Kalman's filter, with the vehicle speed as the factor from the state to what is measured; near
     # standstill that is noise, and the error does not matter.
     spread = noise * noise + MODEL * MODEL * scale * scale
     speed = where(2.0 * abs(vehicle_speed) < scale, 0.0, vehicle_speed)
     gain = variance * speed / (variance * speed * speed + spread) * (calm > SETTLING)
-    surprise = slip - stick_compliance * torque * abs(speed) - zero.error * speed
-    error = minimum(maximum(zero.error + gain * surprise, -MAX_ERROR), MAX_ERROR)
+    surprise = slip - stick_compliance * torque * abs(speed) - bias.error * speed
+    error = minimum(maximum(bias.error + gain * surprise, -MAX_ERROR), MAX_ERROR)
     variance = variance * (1.0 - gain * speed)
 
     left = variance * speed * speed
     enough = maximum(KNOWN * scale, SHARE * noise) ** 2
-    looking = where(zero.looking, left > enough, left > FORGOTTEN * FORGOTTEN * enough)
+    looking = where(bias.looking, left > enough, left > FORGOTTEN * FORGOTTEN * enough)
     return CreepageBias(error, variance, slip, calm, looking & limiting)

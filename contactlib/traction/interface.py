@@ -196,7 +196,7 @@ def checked_controller(name: str, found: object) -> Controller:
     sampled = isinstance(found, SampledController)
     if isinstance(found, type):
         raise ValueError(f"{name} is the class {kind}: give an object of it, such as {kind}()")
-    if hasattr(found, "asks_for"):
+    if hasattr(found, "prescribes"):
         raise ValueError(
             f"{name} is a {kind}, a continuous controller, which run_scenario and simulate run; "
             "expected a sampled one"

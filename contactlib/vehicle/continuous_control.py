@@ -26,7 +26,7 @@ class TorqueControl:
         Drive torque over time [N.m].
     """
 
-    asks_for: ClassVar[Literal["drive_torque", "creepage"]] = "drive_torque"
+    prescribes: ClassVar[Literal["drive_torque", "creepage"]] = "drive_torque"
 
     reference: Profile
 
@@ -66,7 +66,7 @@ class CreepControl(Parameters):
         If a gain is out of range or the limits are not in order.
     """
 
-    asks_for: ClassVar[Literal["drive_torque", "creepage"]] = "creepage"
+    prescribes: ClassVar[Literal["drive_torque", "creepage"]] = "creepage"
 
     reference: Profile
     proportional_gain: Annotated[float, Quantity("N.m", above=0.0, usual=(1.0, 1e8))]

@@ -129,7 +129,7 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
         ),
         (
             "table roller_rig.toml -o x.txt",
-            r"x\.txt: the ending must be one of: \.csv, \.mat, \.npz, \.nc, \.bin",
+            r"x\.txt: the ending must be one of: \.csv, \.mat, \.nc, \.bin",
         ),
         ("demo -o file/below", "file"),
         ("simulate no_such.toml", r"no_such\.toml"),
@@ -258,8 +258,6 @@ def test_figures_have_the_formats_and_captions_that_are_requested(
 
     usual, bare = lines_of_text("--size", "4:3"), lines_of_text("--no-caption")
     assert all(few < many for few, many in zip(bare, usual, strict=True))
-    assert figures.captions.now
-    assert figures.page_size.now is None
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_the_others(

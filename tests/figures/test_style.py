@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -69,12 +69,6 @@ SLIDES = {
 }
 
 
-@pytest.fixture
-def with_captions() -> Iterator[None]:
-    with figures.captions(True):
-        yield
-
-
 # ---- the user's settings ----------------------------------------------------------------------
 
 HERS: dict[Any, Any] = {
@@ -115,7 +109,6 @@ def test_no_text_covers_another_in_the_size_of_slides(rig: cl.Model, name: str) 
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("with_captions")
 @pytest.mark.parametrize("name", SLIDES)
 def test_sixteen_points_are_sixteen_points_of_a_slide(
     rig: cl.Model, tmp_path: Path, name: str
@@ -132,7 +125,7 @@ def test_sixteen_points_are_sixteen_points_of_a_slide(
 @pytest.mark.parametrize(
     ("size", "inches"), [("16:9", (13.333, 7.5)), ("4:3", (10.0, 7.5)), ("5.25x4", (5.25, 4.0))]
 )
-def test_a_page_has_its_size_until_another_is_set(size: str, inches: tuple[float, ...]) -> None:
+def test_a_page_has_its_size_inside_only(size: str, inches: tuple[float, ...]) -> None:
     def drawn() -> list[float]:
         return [float(side) for side in new_figure(4.0, 3.0)[0].get_size_inches()]
 
@@ -146,9 +139,9 @@ def test_a_page_has_its_size_until_another_is_set(size: str, inches: tuple[float
 
 @pytest.mark.parametrize("size", ["", "16:10", "7.5", "13.33x", "1x7", "3x200", "1.2.3x4", "axb"])
 def test_what_is_no_page_is_refused(size: str) -> None:
-    with pytest.raises(ValueError, match="must be 16:9, 4:3 or a width and a height in inches"):
-        figures.page_size(size)
-    assert figures.page_size.now is None
+    refused = pytest.raises(ValueError, match="must be 16:9, 4:3 or a width and a height in inches")
+    with refused, figures.page_size(size):
+        pass
 
 
 def test_a_style_sheet_is_hers_too() -> None:
@@ -171,7 +164,6 @@ def test_nothing_of_the_style_is_left_behind() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("with_captions")
 @pytest.mark.parametrize("name", ["paper 4", "patch", "s_curve", "lines", "samples"])
 def test_captions_can_be_left_out(name: str, rig: cl.Model) -> None:
     usual = DRAWN[name](rig)
@@ -185,19 +177,19 @@ def test_captions_can_be_left_out(name: str, rig: cl.Model) -> None:
     assert not bare.get_supxlabel()
 
 
-@pytest.mark.usefixtures("with_captions")
-def test_captions_are_off_until_they_are_on() -> None:
+def test_captions_are_off_inside_only() -> None:
     def caption() -> str:
         figure, _ = new_figure(4.0, 3.0)
         add_caption(figure, "A caption.")
         return figure.get_supxlabel()
 
-    figures.captions(False)
-    assert caption() == ""
-    with figures.captions(True):
-        assert caption() == "A caption."
-    assert caption() == ""
-    figures.captions(True)
+    without = figures.captions(False)
+    assert caption() == "A caption."  # making the manager changes nothing
+    with without:
+        assert caption() == ""
+        with figures.captions(True):
+            assert caption() == "A caption."
+        assert caption() == ""
     assert caption() == "A caption."
 
 

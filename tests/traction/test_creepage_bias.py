@@ -29,8 +29,8 @@ def learnt(model: cl.Model, error: float, *, speed: float, share: float) -> tupl
         memory = memory or controller.start(shown, torque)
         _, memory = controller.sample(shown, memory)
     assert memory is not None
-    off = memory.zero.error - error
-    return float(np.sqrt(np.mean(off**2))), float(np.sqrt(memory.zero.variance).mean())
+    off = memory.bias.error - error
+    return float(np.sqrt(np.mean(off**2))), float(np.sqrt(memory.bias.variance).mean())
 
 
 @pytest.mark.parametrize("speed", [10.0, -10.0])
