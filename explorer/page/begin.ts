@@ -204,8 +204,8 @@ function wire(app: App): void {
     event.preventDefault();
     void take(event.dataTransfer?.files[0]);
   });
-  addEventListener("hashchange", () => {
-    const { settings, problems } = fromAddress(location.hash);
+  addEventListener("hashchange", ({ newURL }) => { // as the page may have replaced the address
+    const { settings, problems } = fromAddress(new URL(newURL).hash);
     chooseLinked(settings);
     orPreset(settings, problems, (chosen) => app.use(chosen));
     if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);

@@ -81,10 +81,10 @@ def test_parameters_and_steady_creep_are_those_of_python(
 ) -> None:
     wheelsets = [
         changed(rig.wheelset, {"k_hat": k_hat, "damping": damping}, ellipse=False)
-        for k_hat in (0.0, 1e-3, 1e-2, 0.1, 0.3)
-        for damping in (0.0, 1e-3, 0.1, 10.0, 1e3, 1e4, 1e5)
+        for k_hat in (0.0, 1e-2, 0.3)
+        for damping in (0.0, 0.1, 1e3, 1e5)
     ]
-    places = [*places, *map(Place, wheelsets)]
+    places = [*places[:30], *map(Place, wheelsets)]
     zeta = np.geomspace(1e-4, 10.0, 30)
     found = call(
         page,
