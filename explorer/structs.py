@@ -55,7 +55,7 @@ def struct_fields() -> dict[str, list[str]]:
 
 def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]]) -> None:
     """Declare structs of doubles, functions and sections of a model for the TypeScript compiler."""
-    lines = ["// Written by build.py from the kernel's C and Python's declarations."]
+    lines = ["// Written by build_page.py from the kernel's C and Python's declarations."]
     for name, members in (("Fields", struct_fields()), ("Sections", sections)):
         keys = {key: " | ".join(map(json.dumps, names)) for key, names in members.items()}
         lines += [f"export interface {name} {{", *(f"  {k}: {names};" for k, names in keys.items())]

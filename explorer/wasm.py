@@ -28,7 +28,6 @@ FUNCTIONS = (
     "force_element_evaluate",
     "force_element_scales",
     "creep_curve_points",
-    "creep_curve_turns",
     "creep_curve_steady",
     "creep_curve_fold",
     "creep_curve_grip",
