@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib import kernel
-from contactlib.base.elementwise import maximum, minimum, where
+from contactlib.base.elementwise import Numbers, maximum, minimum, where
 from contactlib.base.quantities import (
     MAX_ROWS,
     POSITIVE,
@@ -111,27 +111,29 @@ class Drives:
         limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
         found = [[math.inf if limit is None else limit for limit in row] for row in limits]
         self._limited = bool(np.isfinite(found).any())
-        alone = len(motors) == 1  # arithmetic of numbers is faster
-        power, rate, trip = found[0] if alone else np.array(found).T
+        single = len(motors) == 1
+        power, rate, trip = found[0] if single else np.array(found).T
         self._power, self._trip, self._change = power, trip, rate * sample_time
-        self._radius = float(radius[0]) if alone else radius
-        self._tripped: Any = False if alone else np.zeros(len(motors), dtype=np.bool_)
-        self._braked: Any = bool(braked[0]) if alone and braked else np.array(braked)
+        self._radius = float(radius[0]) if single else radius
+        self._tripped: Numbers = False if single else np.zeros(len(motors), dtype=np.bool_)
+        self._braked: Numbers = bool(braked[0]) if single and braked else np.array(braked)
         self._has_brakes = any(braked)
 
-    def possible(self, demand: Any, speed: Any) -> Any:
+    def possible(self, demand: Numbers, speed: Numbers) -> Numbers:
         """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
         if not self._limited:
             return demand
         limited = _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
         return self._or_braking(demand, limited)
 
-    def command(self, requested: Any, last: Any, demand: Any, omega: Any) -> Any:
+    def command(
+        self, requested: Numbers, last: Numbers, demand: Numbers, omega: Numbers
+    ) -> Numbers:
         """Torque that the drive is commanded until the next sample [N.m].
 
         Parameters
         ----------
-        requested, last : ndarray, or float of one wheelset
+        requested, last : ndarray or float
             Torque that the controller requests now, and the one commanded at the last sample [N.m].
         demand : ndarray or float
             The driver's demand [N.m].
@@ -149,7 +151,7 @@ class Drives:
         limited = minimum(maximum(torque, last - self._change), last + self._change)
         return self._or_braking(requested, limited)
 
-    def _or_braking(self, torque: Any, limited: Any) -> Any:
+    def _or_braking(self, torque: Numbers, limited: Numbers) -> Numbers:
         """Limited torque of a motor, or the whole torque of a brake."""
         if not self._has_brakes:
             return limited
@@ -192,7 +194,12 @@ class Brakes:
         return np.asarray(found)
 
 
-def _within(torque: Any, limit: Any) -> Any:
+def _numbers(values: FloatArray) -> Numbers:
+    """The number of one wheelset, or the array of many."""
+    return values.item() if values.size == 1 else values
+
+
+def _within(torque: Numbers, limit: Numbers) -> Numbers:
     return minimum(maximum(torque, -limit), limit)
 
 
@@ -348,7 +355,7 @@ class Plant:
         tolerance: float = 1e-7,
         initial_creepage: float | None = None,
     ) -> None:
-        self._alone = isinstance(scenario, Scenario)
+        self._single = isinstance(scenario, Scenario)
         given = [scenario] if isinstance(scenario, Scenario) else list(scenario)
         for one in given:
             if not isinstance(one, Scenario):
@@ -384,7 +391,7 @@ class Plant:
         self.radius = np.array([body.radius for body in bodies])
         self._demands = ManyProfiles([one.demand for one in scenarios])
         self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
-        self._radius = self._one(self.radius)
+        self._radius = _numbers(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
         self._cleaning = np.array([track.cleaning for track in self.tracks])
         self._inputs["recovered"] = [track.recovered for track in self.tracks]
@@ -468,14 +475,14 @@ class Plant:
             raise ValueError(
                 f"torque has the shape {requested.shape}: must be () or ({len(self.trains)},)"
             )
-        self._command(self._one(requested))
+        self._command(_numbers(requested))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
             for name, values in held.items():
                 self._inputs[name][0] = values[i]
             self._advance(0, first + i, self._timing.step)
-        if self._alone and self.failed[0]:
+        if self._single and self.failed[0]:
             raise RuntimeError(f"the integrator gave up before {self.time:.6g} s")
         self._row += count
         return self._given(self._measured(demands[count]))
@@ -490,7 +497,7 @@ class Plant:
         if name not in UNITS:
             raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
         found = self.now()[name][0]
-        return float(found[0]) if self._alone else np.array(found)
+        return float(found[0]) if self._single else np.array(found)
 
     def now(self) -> Block:
         """All signals of `run_scenario` now, each computed on first use: shape (1, n)."""
@@ -527,11 +534,11 @@ class Plant:
         self._brakes: Brakes | None = None
         self._cleaned = dict.fromkeys(("left", "right"), np.zeros(n))
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
-        self._row, self._stored, self._torque = 0, list[FloatArray](), self._one(np.zeros(n))
+        self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
         demand, held = self._ahead(0, 1)
         speed = np.array([one.initial_speed for one in self._scenarios])
-        self._demand = self._drives.possible(self._one(demand[0]), self._one(speed))
+        self._demand = self._drives.possible(_numbers(demand[0]), _numbers(speed))
         for name, values in held.items():
             self._inputs[name][0] = values[0]
         self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
@@ -540,28 +547,24 @@ class Plant:
         demands = np.full(n, self._demand)
         begin = start(self._scenarios, self.fleet, self._inputs[0], demands, self._creepage)
         self._states[:], self.refused = begin.states, begin.refused
-        self._torque = self._one(begin.torque)
+        self._torque = _numbers(begin.torque)
         self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
-        self._braking: Any = 0.0
+        self._braking: Numbers = 0.0
         self.failed[list(self.refused)] = True
-
-    def _one(self, values: FloatArray) -> Any:
-        """Numbers of one wheelset, whose arithmetic is faster, in place of arrays."""
-        return values.item() if values.size == 1 else values
 
     def _measured(self, demand: FloatArray) -> Measurement[Any]:
         """Read the sensors; the drive's power limits the demand [N.m]."""
-        speed = self._one(self._states["speed"])
-        self._demand = self._drives.possible(self._one(demand), speed)
+        speed = _numbers(self._states["speed"])
+        self._demand = self._drives.possible(_numbers(demand), speed)
         rim = self._radius * self._turning()
         return Measurement(self._demand, *self._reader.read(rim, speed, self._demand), self._torque)
 
-    def _turning(self) -> Any:
+    def _turning(self) -> Numbers:
         """Mean angular velocity of the wheels [rad/s]."""
         left, right = self._states["omega_left"], self._states["omega_right"]
-        return 0.5 * (self._one(left) + self._one(right))
+        return 0.5 * (_numbers(left) + _numbers(right))
 
-    def _command(self, requested: Any) -> None:
+    def _command(self, requested: Numbers) -> None:
         """Command the drives a torque until the next sample [N.m]."""
         self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
         if self._brakes is not None:
@@ -569,7 +572,7 @@ class Plant:
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as new arrays, or as numbers of one wheelset."""
-        if self._alone:
+        if self._single:
             return measured
         return Measurement(*(np.full(len(self.trains), x) for x in measured))
 
@@ -699,7 +702,7 @@ class Runs(Plant):
                 f"return the torques, an array of the shape {shape}, and the memory"
             )
         requested, self._memory = answer
-        self._command(requested if type(requested) is float else self._one(np.asarray(requested)))
+        self._command(requested if type(requested) is float else _numbers(np.asarray(requested)))
 
     def _called(self, method: str, row: int, *given: Any) -> Any:
         """Answer of a method of the controller at a row."""
