@@ -343,10 +343,9 @@ def line_length(figure: Figure, per_inch: float) -> int:
     return int(per_inch * figure.get_figwidth() / sized(1.0))
 
 
-def wrapped(text: str, width: int, **options: Any) -> str:
+def wrapped(text: str, width: int) -> str:
     """Break a text into lines of a width in characters, between words only."""
-    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-    return textwrap.fill(text, width, **whole, **options)
+    return textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def typeset(figure: Figure, caption: str) -> str:

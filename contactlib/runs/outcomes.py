@@ -50,9 +50,6 @@ class Outcome:
         to run for it.
     percent : bool
         Whether values are shown in per cent.
-    better : int
-        1 if a large value is better, -1 if a small one is, 0 if it depends: in traction a longer
-        distance is better, in braking a shorter one.
     infinite, missing : str
         Meaning of an infinite and of a missing value.
     zero : str
@@ -68,7 +65,6 @@ class Outcome:
     observe: Callable[[Vehicles], Accumulator] | None = None
     analyse: Callable[[Any], float] | None = None
     percent: bool = False
-    better: int = 0
     infinite: str = "infinite"
     missing: str = "no value"
     zero: str = ""
@@ -191,14 +187,12 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "force used / force that could be transmitted, while there is a demand",
             _utilisation,
             percent=True,
-            better=1,
         ),
         "limited_utilisation": Outcome(
             "1",
             "force used / available force, while the demand exceeds the available force",
             _limited_utilisation,
             percent=True,
-            better=1,
             missing="friction never limits",
         ),
         "largest_creepage": Outcome(
@@ -206,31 +200,26 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "largest size of a wheel's creepage",
             lambda vehicles: Extremes(_larger("creepage_left", "creepage_right")),
             percent=True,
-            better=-1,
         ),
         "largest_slip_speed": Outcome(
-            "m/s", "largest size of a wheel's slip speed", _largest_slip_speed, better=-1
+            "m/s", "largest size of a wheel's slip speed", _largest_slip_speed
         ),
         "recovery_time": Outcome(
             "s",
             "longest time from a lack of force by slip or its control until it is back and stays",
             Recovery,
-            better=-1,
             infinite="does not recover",
             zero="force never lacks",
         ),
-        "slip_work": Outcome(
-            "J", "work that friction turns into heat", _change("creep_work"), better=-1
-        ),
+        "slip_work": Outcome("J", "work that friction turns into heat", _change("creep_work")),
         "slip_share": Outcome(
-            "1", "slip work / work that enters the contacts", _slip_share, percent=True, better=-1
+            "1", "slip work / work that enters the contacts", _slip_share, percent=True
         ),
-        "jerk": Outcome("m/s3", "largest change of the vehicle's acceleration", Jerk, better=-1),
+        "jerk": Outcome("m/s3", "largest change of the vehicle's acceleration", Jerk),
         "torsional_peak": Outcome(
             "N.m",
             "largest size of the axle's torque",
             _torsional_peak,
-            better=-1,
             missing="rigid axle",
         ),
         "distance": Outcome("m", "distance travelled", _change("distance")),
