@@ -7,6 +7,7 @@ kernel. The page is XHTML that every browser reads as HTML5, and needs no script
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from importlib import metadata
 from string import Template
@@ -37,6 +38,7 @@ GROUPS = {
     "local": "Internal variables",
     "independent": "Independent variable",
 }
+COUPLED = ("force_element", "wheelset_body")  # whose step is limited
 SPEEDS = (0.0, 1.0, 10.0, 50.0)  # rows of the table of stable steps [m/s]
 
 
@@ -68,7 +70,7 @@ def index_page(description: Description) -> bytes:
             f"kind_{kind}.html",
             carriers=description.carriers,
             mode="with memory" if memory else "implicit" if implicit else "with a held force",
-            step_table="" if pair else _step_table(description),
+            step_table=_step_table(description) if kind in COUPLED else "",
         ),
         signs=asset("signs_creep_forces.html")
         if pair
@@ -179,41 +181,23 @@ def _table(
     )
 
 
-def _rounded(value: float) -> str:
-    """Three significant digits, with a space between thousands."""
-    if np.isinf(value):
-        return "&#8734;"
-    return f"{float(f'{value:.3g}'):,.9g}".replace(",", "&#8239;")
-
-
 def _step_table(description: Description) -> str:
-    """Largest slip pole and longest stable steps, for several speeds."""
-    element, kind = description.element, description.kind
-    speeds = np.array(SPEEDS)
-    gradients = np.array([element.steepest_gradient(speed) for speed in SPEEDS])
-    poles = gradients * description.effective_inverse_mass
-    sequential = 2.0 / poles
-    if description.remembers and kind == "force_element":  # then speed is not regularised
-        stiffness = poles[-1] * speeds[-1]
-        with np.errstate(divide="ignore"):
-            poles = stiffness / speeds
-        spring = element.memory_parameters
-        stiffest = max(spring["standing_stiffness"], 1.0)
-        lag = spring["relaxation_length"] / (stiffest * stiffness)
-        sequential = np.maximum(2.0 / poles, 2.0 * np.sqrt(lag))
-    heads = ["speed in m/s", "slip pole in 1/s"]
-    columns = [speeds, poles]
-    if kind == "wheelset":
-        heads.append("its time constant in ms")
-        columns.append(1e3 / poles)
-    else:
-        heads += ["longest step in ms, sequential", "parallel"]
-        columns += [1e3 * sequential, 1e3 / poles]
-    rows = ([_rounded(value) for value in row] for row in zip(*columns, strict=True))
-    caption = "This model at its nominal load while the wheel sticks, where the pole is largest"
+    """Longest stable steps of a held force at several speeds, as the kernel computes them."""
+    held = replace(description, kind="force_element", implicit=False)
+    native = kernel.NativeModel(held.kind, held.native_contact, held.start_values)
+
+    def longest(speed: float, parallel: bool) -> str:
+        omega = speed / held.element.radius
+        native.set(speed=speed, omega=omega, parallel_exchange=parallel)
+        native.evaluate()
+        (hint,) = native.get("step_size_hint")  # half of it
+        return f"{2e3 * hint:.3g}"
+
+    rows = ([f"{speed:g}", longest(speed, False), longest(speed, True)] for speed in SPEEDS)
+    caption = "Longest stable steps of this model at its nominal load, where the wheel sticks"
     if isinstance(description.model.wheelset, Missing):
         caption += "; its effective inverse mass is assumed: steps change inversely with your own"
-    return _table(caption, heads, rows, "steps")
+    return _table(caption, ("speed in m/s", "sequential, in ms", "parallel, in ms"), rows, "steps")
 
 
 def _example(description: Description) -> dict[str, str]:

@@ -251,22 +251,19 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
         found = root.find(".//*[@class='steps']")
         assert found is not None
         rows = [[text_of(cell) for cell in row] for row in found.iter(f"{HTML}tr")][1:]
-        numbers = [[re.sub(r"\s", "", c).replace("\u221e", "inf") for c in row] for row in rows]
-        return np.array(numbers, dtype=float)
+        return np.array(rows, dtype=float)
 
-    speed, pole, sequential, parallel = table(memory=False).T
+    speed, sequential, parallel = table(memory=False).T
     reference = np.where(speed > 0.0, speed, 3.0 / 8.0 * element.minimum_speed)
-    assert pole == pytest.approx(unit_pole / reference, rel=5e-3)
     assert sequential == pytest.approx(2e3 * reference / unit_pole, rel=5e-3)
     assert parallel == pytest.approx(1e3 * reference / unit_pole, rel=5e-3)
-    _, pole, sequential, parallel = table(memory=True).T  # no minimum speed
-    assert 1.0 / pole == pytest.approx(speed / unit_pole, rel=5e-3)
+    _, sequential, parallel = table(memory=True).T  # no minimum speed
     contact = element.contact
     spring = contact.relaxation_lengths.longitudinal * contact.semi_width
     spring /= max(contact.standing_stiffness, 1.0) * unit_pole
     longest = np.maximum(2e3 * speed / unit_pole, 2e3 * np.sqrt(spring))
     assert sequential == pytest.approx(longest, rel=5e-3)
-    assert parallel == pytest.approx(1e3 * speed / unit_pole, rel=5e-3)
+    assert parallel == pytest.approx(1e3 * speed / unit_pole, rel=5e-3, abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["force_element", "creep_forces"])
