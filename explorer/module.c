@@ -62,6 +62,7 @@ const char *open_packed_table(creep_table *table, unsigned char *packed, size_t 
     const size_t file_size = HEADER + sizeof(double) * count + sizeof(float) * layers;
     unsigned char *file = (unsigned char *)malloc(file_size);
     uint64_t *number = (uint64_t *)malloc(sizeof(uint64_t) * layers);
+    if (!file || !number) return "there is no memory for the table";
     memcpy(file, packed, HEADER);
     if (count > 0) restore(packed + HEADER, (uint64_t *)(void *)(file + HEADER), cells, 2);
     restore(packed + HEADER + sizeof(uint64_t) * count, number, layer_cells, 3);
