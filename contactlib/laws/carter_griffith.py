@@ -195,15 +195,15 @@ class CarterGriffith(ContactLaw):
         of_line: Callable[[FloatArray, layer.Line], FloatArray],
     ) -> FloatArray:
         """What `of_line` gives at positions of strips with a layer; each strip is solved once."""
-        found = np.zeros(xi.shape)
+        values = np.zeros(xi.shape)
         for size, width in set(zip(np.abs(x).ravel().tolist(), w.ravel().tolist(), strict=True)):
             here = (np.abs(x) == size) & (w == width) & (np.abs(xi) <= width)
             if size > 0.0 and width > 0.0 and here.any():
                 state = layer.line_state(
                     size / width, self._k_hat / width, self.layer_ratio / width
                 )
-                found[here] = width * of_line(xi[here] / width, state)
-        return np.asarray(np.copysign(1.0, x) * found)
+                values[here] = width * of_line(xi[here] / width, state)
+        return np.asarray(np.copysign(1.0, x) * values)
 
     def _stick(self, x: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stick measure m of the strips and 1 - m; a strip of zero width only slips."""

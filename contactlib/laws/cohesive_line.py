@@ -129,13 +129,13 @@ class SlipCurve(NamedTuple):
         done: list[tuple[int, float, float]] = []
         series: list[FloatArray] = []
         while panels:
-            found = _series(panels, k_hats, static_to_kinetic, weakening, nodes)
+            coefficients = _series(panels, k_hats, static_to_kinetic, weakening, nodes)
             # The last terms estimate the truncation error. If a cut has not made them much smaller,
             # they are noise of the states.
-            rest = np.abs(found[:, :, -2:]).max(axis=(0, 2, 3))
+            rest = np.abs(coefficients[:, :, -2:]).max(axis=(0, 2, 3))
             good = (rest <= tolerance) | ((rest > 0.2 * before) & (rest <= noise))
             done += [p for p, ok in zip(panels, good, strict=True) if ok]
-            series += list(np.moveaxis(found[:, good], 0, 1))
+            series += list(np.moveaxis(coefficients[:, good], 0, 1))
             panels = [h for p, ok in zip(panels, good, strict=True) if not ok for h in _halves(p)]
             before = np.repeat(rest[~good], 2)
             lost = any(high - low < narrowest for _, low, high in panels)

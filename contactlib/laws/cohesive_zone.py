@@ -249,19 +249,19 @@ def _newton(
     at_zero = float(weakening.slope(np.zeros(1))[0])
 
     def fraction(u: FloatArray) -> FloatArray:
-        found = weakening.fraction(np.maximum(u, 0.0) / length)
+        values = weakening.fraction(np.maximum(u, 0.0) / length)
         below = u < 0.0
         if below.any():
             v = (u / length)[below]
-            found[below] += at_zero * v / (1.0 - v)
-        return found
+            values[below] += at_zero * v / (1.0 - v)
+        return values
 
     def fraction_slope(u: FloatArray) -> FloatArray:
-        found = weakening.slope(np.maximum(u, 0.0) / length)
+        values = weakening.slope(np.maximum(u, 0.0) / length)
         below = u < 0.0
         if below.any():
-            found[below] = at_zero / (1.0 - (u / length)[below]) ** 2
-        return found
+            values[below] = at_zero / (1.0 - (u / length)[below]) ** 2
+        return values
 
     def residual(h: FloatArray, u: FloatArray) -> FloatArray:
         return np.asarray(h - full * fraction(u))

@@ -46,8 +46,8 @@ def doubts_of(
         if offset is None or several is None:
             break
         offset = zero_offset(data.creepage, data.traction_coefficient / several[1], suspect)
-    found = [] if offset is None else [shift_of(offset)]
-    return found if several is None else [*found, several[0]]
+    doubts = [] if offset is None else [shift_of(offset)]
+    return doubts if several is None else [*doubts, several[0]]
 
 
 def systematic_residual(data: TractionData, residual: FloatArray) -> tuple[str, FloatArray] | None:
@@ -74,13 +74,13 @@ def systematic_residual(data: TractionData, residual: FloatArray) -> tuple[str, 
     later = row >= creepage.size // 2
     kinds.append((later, "of the first half of the rows", "of the second half", of_one))
     kinds.append((row % 2 == 1, "of the odd rows", "of the even rows", of_one))
-    for second, one, other, remedy in kinds:
+    for second, first_kind, second_kind, remedy in kinds:
         off = _apart(np.abs(creepage), fitted, residual, second)
         if off is not None:
             text = (
-                f"the residuals are systematic: the points {one} are on average "
-                f"{100 * off[0]:+.2g} % off the curve, those {other} {100 * off[1]:+.2g} %; are "
-                f"they one curve? if not, {remedy}"
+                f"the residuals are systematic: the points {first_kind} are on average "
+                f"{100 * off[0]:+.2g} % off the curve, those {second_kind} {100 * off[1]:+.2g} %; "
+                f"are they one curve? if not, {remedy}"
             )
             return text, np.maximum(1.0 + np.where(second, off[1], off[0]), 0.1)
     return None

@@ -175,23 +175,23 @@ class FitResult:
     @property
     def caveats(self) -> tuple[str, ...]:
         """Parameters that the data do not determine, and `doubts`, one sentence each."""
-        found = list(self.doubts)
+        sentences = list(self.doubts)
         for name, e in self.estimates.items():
             if not e.identifiable:
-                found.append(
+                sentences.append(
                     f"{name} is not identifiable: at {100 * self.level:g} % the data allow "
                     f"{e.interval[0]:.3g} to {e.interval[1]:.3g} "
                     f"of the range {e.range[0]:.3g} to {e.range[1]:.3g}."
                 )
         names = list(self.estimates)
         if blurred := [name for name in names if not self.estimates[name].seen]:
-            found.append(f"Only combinations of {', '.join(blurred)} are identifiable.")
+            sentences.append(f"Only combinations of {', '.join(blurred)} are identifiable.")
         for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.95), strict=True):
-            found.append(
+            sentences.append(
                 f"{names[j]} and {names[i]} are known only together: "
                 f"their correlation is {self.correlation[i, j]:.3f}."
             )
-        return tuple(found)
+        return tuple(sentences)
 
     def __str__(self) -> str:
         lines = [

@@ -106,5 +106,5 @@ def half_space_scales(a_over_b: float, poisson_ratio: float) -> HalfSpaceScales:
 
 
 def _members(a_over_b: float, poisson_ratio: float, names: tuple[str, ...]) -> tuple[float, ...]:
-    found = kernel.half_space_scales(a_over_b, poisson_ratio)
-    return tuple(getattr(found, name) for name in names)
+    scales = kernel.half_space_scales(a_over_b, poisson_ratio)
+    return tuple(getattr(scales, name) for name in names)

@@ -164,16 +164,16 @@ def between_nodes(
 def behind(values: FloatArray, distance: FloatArray) -> FloatArray:
     """Integral of r(s)/(s + distance) over the unit interval, at distances > 0 behind it, (n,)."""
     grid, fixed = panels(), rule()
-    found = np.zeros(distance.shape)
+    integral = np.zeros(distance.shape)
     for before, half, own in zip(grid.before, grid.half, values.reshape(-1, ORDER), strict=True):
         z = 1.0 + (before + distance) / half  # of the mirrored panel
         near = z <= NEAR
         mirrored = fixed.coefficients @ own * (-1.0) ** np.arange(ORDER)
-        found[near] += 2.0 * mirrored @ _legendre_q(z[near])[:ORDER]
-        found[~near] += (1.0 / (z[~near, None] + fixed.fine_nodes)) @ (
+        integral[near] += 2.0 * mirrored @ _legendre_q(z[near])[:ORDER]
+        integral[~near] += (1.0 / (z[~near, None] + fixed.fine_nodes)) @ (
             fixed.fine_weights * (fixed.upsampled @ own)
         )
-    return found
+    return integral
 
 
 class Stick(NamedTuple):
@@ -293,8 +293,8 @@ def at_parameter(log_t: FloatArray, k_hat: FloatArray, lam: FloatArray) -> Layer
 
     def at_state(coefficients: FloatArray) -> FloatArray:
         n, k = coefficients.shape
-        found: FloatArray = np.einsum("ij,ij->i", in_y[:, :n] @ coefficients, in_w[:, :k])
-        return found
+        value: FloatArray = np.einsum("ij,ij->i", in_y[:, :n] @ coefficients, in_w[:, :k])
+        return value
 
     slip = 2.0 * root_m * root_s  # p(c), and the derivative of the angle by ln t
     excess = at_state(table.excess)

@@ -183,13 +183,13 @@ class MeasuredCurve:
             ratio = side * data.traction_coefficient
             return np.asarray(side * (ratio - _smooth(part, ratio, number, smoothing)(part)))
 
-        found = doubts_of(data, residual, stray)
-        if stray is not None and not found:
-            found = [
+        doubts = doubts_of(data, residual, stray)
+        if stray is not None and not doubts:
+            doubts = [
                 f"the point of {mu[stray]:.4g} at {100 * zeta[stray]:.4g} % is {off:.2g} off the "
                 "curve through the others; is it a typing error?"
             ]
-        for text in found:
+        for text in doubts:
             warn(f"{name}: {text}")
         if end - curve(u.max() * (1.0 - 1.0 / number)) > RISING * end:
             warn(
@@ -341,11 +341,11 @@ def _stray(
     u: FloatArray, mu: FloatArray, miss: FloatArray, cells: int, smoothing: float
 ) -> tuple[int | None, float]:
     """The outlier, if any, and its distance from the curve through the other points."""
-    found = []
+    candidates = []
     for i in np.argsort(miss)[-3:].tolist():  # the curve may miss its neighbours by more
         rest = np.delete(u, i), np.delete(mu, i)
         curve = _smooth(*rest, cells, smoothing)
         scatter = float(np.sqrt(np.mean((curve(rest[0]) - rest[1]) ** 2)))
-        found.append((scatter, i, abs(float(curve(min(u[i], curve.x[-1]))) - float(mu[i]))))
-    scatter, i, off = min(found)
+        candidates.append((scatter, i, abs(float(curve(min(u[i], curve.x[-1]))) - float(mu[i]))))
+    scatter, i, off = min(candidates)
     return (i if off > max(SCATTERS * scatter, ASTRAY * np.abs(mu).max()) else None), off

@@ -113,9 +113,9 @@ class TractionData:
             object.__setattr__(self, name, column)
 
     def _changed(self, *columns: FloatArray) -> TractionData:
-        found = object.__new__(TractionData)
-        found._keep(columns)
-        return found
+        data = object.__new__(TractionData)
+        data._keep(columns)
+        return data
 
     def shifted(self, by: float) -> TractionData:
         """The points at creepages larger by `by` [1], whatever their signs then are."""
@@ -194,8 +194,8 @@ class TractionData:
         place = os.fspath(path)
         try:
             text = decoded(read_small(Path(path)))
-            found, lines, declared = _read_columns(text, columns, creepage_unit, load)
-            if "speed" in found and speed is not None:
+            numbers, lines, declared = _read_columns(text, columns, creepage_unit, load)
+            if "speed" in numbers and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
             raise ValueError(f"{place}: {harmless_line(str(error))}") from None
@@ -203,8 +203,8 @@ class TractionData:
             ("creepage", 2.0, "creepage_unit = '%'"),
             ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),
         ):
-            worst = int(np.abs(found[name]).argmax())
-            largest = float(np.abs(found[name][worst]))
+            worst = int(np.abs(numbers[name]).argmax())
+            largest = float(np.abs(numbers[name][worst]))
             hint = f"if it is in per cent, declare it with {how}"
             if name == "traction_coefficient":
                 if load is not None:
@@ -220,20 +220,22 @@ class TractionData:
                     f"unusual; {hint}"
                 )
             elif name == "creepage" and not declared:
-                mu = np.abs(found["traction_coefficient"])
-                half = float(np.abs(found[name])[mu >= 0.5 * mu.max()].min())
+                mu = np.abs(numbers["traction_coefficient"])
+                half = float(np.abs(numbers[name])[mu >= 0.5 * mu.max()].min())
                 if half > HALF:
                     warn(
                         f"{place}: half of the largest traction takes a creepage of {half:g}, and "
                         f"above {HALF:g} is unusual; {hint}, else with creepage_unit = '1'"
                     )
-        highest = float(np.abs(found["traction_coefficient"]).max())
+        highest = float(np.abs(numbers["traction_coefficient"]).max())
         if load is not None and highest < LOWEST:
             warn(
                 f"{place}: the largest force is {highest:.2g} of load = {load:g} N, and below "
                 f"{LOWEST:g} is unusual; does the file lack the force's unit?"
             )
-        return cls(found["creepage"], found["traction_coefficient"], found.get("speed", speed))
+        return cls(
+            numbers["creepage"], numbers["traction_coefficient"], numbers.get("speed", speed)
+        )
 
 
 def _against(creepage: FloatArray, traction: FloatArray) -> int | None:
@@ -305,7 +307,7 @@ def _read_columns(
             )
     shown_names = [f"column {p + 1}" if headless else head[p] for p in places]
     table = csv_numbers(body, len(head), places, shown_names)
-    found: dict[str, FloatArray] = {}
+    numbers: dict[str, FloatArray] = {}
     for kind, name, unit, column in zip(COLUMNS, shown_names, units, table.T, strict=False):
         if kind == "creepage" and creepage_unit is not None:
             if unit and unit_value(unit, "1") != unit_value(creepage_unit, "1"):
@@ -337,15 +339,15 @@ def _read_columns(
         if bad.size:
             number, value = body[int(bad[0])][0], float(column[bad[0]])
             raise ValueError(f"line {number}: {name} = {value!r} is out of range: must be {limits}")
-        found[kind] = factor * column
+        numbers[kind] = factor * column
     lines = [number for number, _ in body]
-    against = _against(found["creepage"], found["traction_coefficient"])
+    against = _against(numbers["creepage"], numbers["traction_coefficient"])
     if against is not None:
         raise ValueError(
             f"line {lines[against]}: {shown_names[1]} = {float(table[against, 1])!r} and "
             f"{shown_names[0]} = {float(table[against, 0])!r} have opposite signs: {ONE_SIGN}"
         )
-    return found, lines, bool(units[0] or creepage_unit)
+    return numbers, lines, bool(units[0] or creepage_unit)
 
 
 def _is_unit(cell: str) -> bool:
@@ -366,10 +368,10 @@ def _place(
             f"line {line}: the first row contains numbers, not the columns' names; choose the "
             "columns, such as columns = [1, 2] for creepage and traction coefficient"
         )
-    found = [p for p, cell in enumerate(head) if column in (cell, names[p])]
-    if not found:
+    places = [p for p, cell in enumerate(head) if column in (cell, names[p])]
+    if not places:
         hint = "; select one with columns" if column in COLUMNS else ""
         raise ValueError(f"line {line}: no column {column!r}; {known_names(column, names)}{hint}")
-    if len(found) > 1:
-        raise ValueError(f"line {line}: {len(found)} columns {column!r}: select one by its number")
-    return found[0]
+    if len(places) > 1:
+        raise ValueError(f"line {line}: {len(places)} columns {column!r}: select one by its number")
+    return places[0]

@@ -40,8 +40,8 @@ def unlikelihood(creepage: FloatArray, traction: FloatArray, scale: float, offse
     rest = q - np.multiply.outer((u * q / d).sum(axis=1) / information, u)
     degrees = q.size - 1
     variance = np.maximum((rest * rest / d).sum(axis=1) / degrees, 1e-30)
-    found = degrees * np.log(variance) + np.log(d).sum(axis=1) + np.log(information)
-    return float(found.min())
+    deviance = degrees * np.log(variance) + np.log(d).sum(axis=1) + np.log(information)
+    return float(deviance.min())
 
 
 def carter_scale(creepage: FloatArray, traction: FloatArray) -> float:
