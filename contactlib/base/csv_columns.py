@@ -52,8 +52,8 @@ def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 def name_and_unit(cell: str) -> tuple[str, str]:
     """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
-    found = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s([%\u2030]))", cell)
-    return (found[1], found[2] or found[3] or found[4] or "") if found else (cell, "")
+    match = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s([%\u2030]))", cell)
+    return (match[1], match[2] or match[3] or match[4] or "") if match else (cell, "")
 
 
 def cell_number(cell: str) -> float | None:

@@ -317,10 +317,10 @@ def records(
         If a value is out of its limits, or the shapes do not broadcast.
     """
     arrays = {n: checked(n, value, limits[n], copy=False) for n, value in given.items()}
-    found = np.zeros(common_shape(arrays), dtype=dtype)
+    structured = np.zeros(common_shape(arrays), dtype=dtype)
     for name, array in arrays.items():
-        found[name] = array
-    return found
+        structured[name] = array
+    return structured
 
 
 @cache
@@ -395,7 +395,7 @@ def declared(source: Any) -> Mapping[str, Parameter]:
         if isinstance(getattr(source, "__self__", None), type):
             inherited = declared(source.__self__)
             described_by.append(source.__self__)
-    found = {}
+    parameters = {}
     for name, default in defaults.items():
         of_type, *notes = get_args(hints[name]) if _is(hints[name], Annotated) else (hints[name],)
         quantity = next((note for note in notes if isinstance(note, Quantity)), None)
@@ -405,12 +405,14 @@ def declared(source: Any) -> Mapping[str, Parameter]:
         choices = next((get_args(t) for t in types if _is(t, Literal)), ())
         choices = (True, False) if types == (bool,) else choices
         if quantity or many or choices or types == (str,):  # but not one of ArrayLike's types
-            found[name] = Parameter(name, quantity, many, choices, default, tuple(described_by))
+            parameters[name] = Parameter(
+                name, quantity, many, choices, default, tuple(described_by)
+            )
         elif name in inherited:
-            found[name] = replace(
+            parameters[name] = replace(
                 inherited[name], default=default, described_by=tuple(described_by)
             )
-    return MappingProxyType({name.rstrip("_"): one for name, one in found.items()})
+    return MappingProxyType({name.rstrip("_"): parameter for name, parameter in parameters.items()})
 
 
 PLAIN = {float, str, str | int, ...}  # allowed elements of a list
@@ -430,9 +432,9 @@ def checks_call(function: Function) -> Function:
     def checking(*args: Any, **given: Any) -> Any:
         of_class = args and isinstance(args[0], type)
         known = declared(MethodType(checking, args[0]) if of_class else checking)
-        for name, one in known.items():
-            if one.name in given:
-                given[one.name] = one.checked(name, given[one.name])
+        for name, parameter in known.items():
+            if parameter.name in given:
+                given[parameter.name] = parameter.checked(name, given[parameter.name])
         return function(*args, **given)
 
     return cast(Function, checking)
@@ -445,7 +447,11 @@ class Parameters:
     def quantities(cls) -> Mapping[str, Quantity]:
         """Unit and limits of every field that is a physical quantity, by field name."""
         kind: Any = cls
-        return {name: one.quantity for name, one in declared(kind).items() if one.quantity}
+        return {
+            name: parameter.quantity
+            for name, parameter in declared(kind).items()
+            if parameter.quantity
+        }
 
     def _check_derived(self, *names: str, limits: Limits = POSITIVE) -> None:
         """Refuse fields for which any of the named properties is out of range."""
@@ -461,8 +467,8 @@ class Parameters:
 
     def __post_init__(self) -> None:
         kind: Any = type(self)
-        for key, one in declared(kind).items():
+        for key, parameter in declared(kind).items():
             value = getattr(self, key)
-            checked_value = one.checked(f"{kind.__name__}.{key}", value)
+            checked_value = parameter.checked(f"{kind.__name__}.{key}", value)
             if checked_value is not value:
                 object.__setattr__(self, key, checked_value)

@@ -99,11 +99,11 @@ def in_si(text: str, si: str, *, bare: bool = False) -> float:
     (24000.0, 0.015)
     """
     text = text.strip()
-    found = NUMBER.match(text)
-    if found is None:
+    match = NUMBER.match(text)
+    if match is None:
         raise ValueError("does not begin with a number")
-    number = float(found[0])
-    unit = text[found.end() :]
+    number = float(match[0])
+    unit = text[match.end() :]
     if bare and not unit:
         return number
     if not unit and si != "1":
