@@ -156,7 +156,7 @@ class AvailableForce:
             for j, level in enumerate(levels[id(track)]):
                 self._level[j, :, i] = level
                 self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
-        self._nominal = np.array([one.wheelset.element.normal_load for one in self._bodies])
+        self._nominal = np.array([body.wheelset.element.normal_load for body in self._bodies])
         self._of_case = np.array(list(cases))
         # One column for each octave of each case; nan if its polynomial has not converged.
         columns = len(cases) * self._octaves * self._load_octaves
@@ -192,16 +192,16 @@ class AvailableForce:
             self._learn(np.unique(new))
         # Most wheelsets keep the polynomial of the first row.
         powers = self._powers[:, :, np.newaxis, column[0]]
-        found = _horner(_horner(powers, load_place), place)
+        forces = _horner(_horner(powers, load_place), place)
         row, member = np.nonzero(column != column[0])
         there = [np.broadcast_to(x, speed.shape)[row, member] for x in (load_place, place)]
         powers = _horner(self._powers[:, :, column[row, member]], there[0])
-        found[row, member] = _horner(powers, there[1])
-        row, member = np.nonzero((column < 0) | np.isnan(found))
+        forces[row, member] = _horner(powers, there[1])
+        row, member = np.nonzero((column < 0) | np.isnan(forces))
         if row.size:
             given = (signal[row, member] for signal in (speed, left, right, slope, load))
-            found[row, member] = self._search(self._body[member], *given)
-        return found
+            forces[row, member] = self._search(self._body[member], *given)
+        return forces
 
     def _learn(self, columns: NDArray[np.intp]) -> None:
         """Fit the polynomials of new columns."""
@@ -275,11 +275,11 @@ def _fit(values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
 
 
 def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
-    found = np.broadcast_to(powers[-1], np.broadcast_shapes(powers.shape[1:], place.shape)).copy()
+    value = np.broadcast_to(powers[-1], np.broadcast_shapes(powers.shape[1:], place.shape)).copy()
     for power in powers[-2::-1]:
-        found *= place
-        found += power
-    return found
+        value *= place
+        value += power
+    return value
 
 
 def track_levels(track: Track) -> list[tuple[float, float, float]]:
@@ -290,9 +290,9 @@ def track_levels(track: Track) -> list[tuple[float, float, float]]:
         if right is None
         else _both(left, _levels(right))
     )
-    found = {values for values, _, _ in _both(sides, _levels(track.slope))}
+    levels = {values for values, _, _ in _both(sides, _levels(track.slope))}
     times = {value for (value,), _, _ in _levels(track.friction_over_time)}
-    return sorted({(a * time, b * time, slope) for a, b, slope in found for time in times})[
+    return sorted({(a * time, b * time, slope) for a, b, slope in levels for time in times})[
         :MAX_LEVELS
     ]
 
@@ -309,10 +309,10 @@ def _levels(profile: Profile) -> list[Stretch]:
 
 def _both(first: list[Stretch], second: list[Stretch]) -> list[Stretch]:
     """Stretches on which both hold their values; both lists are in the order of the track."""
-    found, i, j = [], 0, 0
+    pieces, i, j = [], 0, 0
     while i < len(first) and j < len(second):
         (a, s, e), (b, t, f) = first[i], second[j]
         if max(s, t) < min(e, f):
-            found.append(((*a, *b), max(s, t), min(e, f)))
+            pieces.append(((*a, *b), max(s, t), min(e, f)))
         i, j = (i + 1, j) if e < f else (i, j + 1)
-    return found
+    return pieces

@@ -221,10 +221,10 @@ class CreepCurve:
         ValueError
             If the torque is above the peak of the branch.
         """
-        found, limit = self._native.grip(checked_torque(drive_torque))
-        if math.isnan(found):
+        creepage, limit = self._native.grip(checked_torque(drive_torque))
+        if math.isnan(creepage):
             raise ValueError(beyond_grip(drive_torque, limit))
-        return found
+        return creepage
 
     @cached_property
     def worst_pole(self) -> WorstPole:
@@ -236,13 +236,13 @@ class CreepCurve:
         places = worst.creepage * np.geomspace(0.2, 50.0, 241)
         best = int(self._growth(places).argmax())
         low, high = places[max(best - 1, 0)], places[min(best + 1, places.size - 1)]
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda creepage: -float(self._growth(np.array(creepage))),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 1e-7 * high},
         )
-        return WorstPole(-float(found.fun), float(found.x))
+        return WorstPole(-float(minimum.fun), float(minimum.x))
 
     def _growth(self, creepage: FloatArray) -> FloatArray:
         """Largest real part of the eigenvalues at creepages [1/s]."""

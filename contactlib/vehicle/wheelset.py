@@ -269,18 +269,18 @@ class Wheelset(Parameters):
             inputs["held_traction"] = contact["steady_traction"]
             inputs["unslipped"] = contact["sticking"]
             contact = native.evaluate(inputs)
-        found = np.zeros((*given[0].shape, 3, 3))
+        matrices = np.zeros((*given[0].shape, 3, 3))
         per_mass = 0.0 if self.mass is None else 1.0 / self.mass
         growth = resistance.linear + 2.0 * resistance.quadratic * np.abs(given[1])  # F'
         for column, by in enumerate(("omega", "speed", "traction")):
             force = contact[f"force_by_{by}"]
-            found[..., 0, column] = -self.radius * force / self.inertia
-            found[..., 1, column] = force * per_mass
-            found[..., 2, column] = contact[f"traction_by_{by}"]
-        found[..., 0, 0] -= self.damping / self.inertia
-        found[..., 1, 1] -= growth * per_mass
+            matrices[..., 0, column] = -self.radius * force / self.inertia
+            matrices[..., 1, column] = force * per_mass
+            matrices[..., 2, column] = contact[f"traction_by_{by}"]
+        matrices[..., 0, 0] -= self.damping / self.inertia
+        matrices[..., 1, 1] -= growth * per_mass
         kept = [STATES.index(name) for name in self.states]
-        return np.asarray(found[..., kept, :][..., kept])
+        return np.asarray(matrices[..., kept, :][..., kept])
 
     def equilibria(
         self,
@@ -314,11 +314,11 @@ class Wheelset(Parameters):
         at = self.conditions(speed=self.element.minimum_speed if speed is None else speed, **given)
         curve = self.native_curve(at, balanced=not self.speed_held)
         sides = [curve.steady(drive_torque, side) for side in (-1.0, 1.0)]
-        found = np.sort(np.concatenate(sides), order="creepage")
+        states = np.sort(np.concatenate(sides), order="creepage")
         return [
             self.balanced(replace(at, speed=speed), creepage=creepage)
             for creepage, speed in zip(
-                found["creepage"].tolist(), found["speed"].tolist(), strict=True
+                states["creepage"].tolist(), states["speed"].tolist(), strict=True
             )
         ]
 
