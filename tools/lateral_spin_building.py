@@ -284,7 +284,7 @@ def _splines(u: FloatArray, cells: int) -> sparse.csr_array:
 def _design(u: FloatArray, cells: int) -> sparse.csr_array:
     """Values at u of all products of three splines."""
     each = [_splines(column, cells) for column in u.T]
-    i, j, k = (one.indices.reshape(-1, 4) for one in each)
+    i, j, k = (splines.indices.reshape(-1, 4) for splines in each)
     size = cells + 3
     of = np.ravel_multi_index(
         (
@@ -294,7 +294,7 @@ def _design(u: FloatArray, cells: int) -> sparse.csr_array:
         ),
         (size, size, size),
     )
-    values = np.einsum("ni,nj,nk->nijk", *(one.data.reshape(-1, 4) for one in each))
+    values = np.einsum("ni,nj,nk->nijk", *(splines.data.reshape(-1, 4) for splines in each))
     starts = np.arange(0, of.size + 1, 64)
     return sparse.csr_array((values.ravel(), of.ravel(), starts), (len(u), size**3))
 
