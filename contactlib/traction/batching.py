@@ -143,7 +143,11 @@ def _copy(control: Any) -> Any:
             f"{type(control).__name__} cannot be copied, and every run works on a copy: {error}"
             "; what cannot be copied must not be kept in the object"
         ) from error
-    held = {name: one for kind in type(control).__mro__[::-1] for name, one in vars(kind).items()}
+    held = {
+        name: attribute
+        for kind in type(control).__mro__[::-1]
+        for name, attribute in vars(kind).items()
+    }
     for name, value in held.items() if hasattr(copied, "__dict__") else ():
         if not (name.startswith("__") or hasattr(value, "__get__")):
             with suppress(Exception):  # what cannot be copied, such as a lock, stays in the class
@@ -154,7 +158,7 @@ def _copy(control: Any) -> Any:
 
 def _each(measurement: Measurement[Any]) -> list[Measurement[float]]:
     rows = (np.atleast_1d(part).tolist() for part in measurement)
-    return [Measurement(*one) for one in zip(*rows, strict=True)]
+    return [Measurement(*row) for row in zip(*rows, strict=True)]
 
 
 def _torque(control: SampledController, seen: Measurement[float], time: float) -> float:
@@ -163,16 +167,16 @@ def _torque(control: SampledController, seen: Measurement[float], time: float) -
         return 0.0
     what, demand = f"{type(control).__name__}.torque", seen.demand
     try:
-        found: Any = control.torque(seen)
+        answer: Any = control.torque(seen)
     except USERS_ERRORS as error:
         raise explained(f"{what} at {time:.6g} s", error) from error
-    number = as_number(found)
+    number = as_number(answer)
     low, high = min(demand, 0.0), max(demand, 0.0)
     slack = ROUNDING * max(high - low, 1.0)
     if number is None or not low - slack <= number <= high + slack:
-        hint = "; a return is missing" if found is None else ""
+        hint = "; a return is missing" if answer is None else ""
         raise ValueError(
-            f"{what} at {time:.6g} s returned {shown(found)}: it must return one number between 0 "
+            f"{what} at {time:.6g} s returned {shown(answer)}: it must return one number between 0 "
             f"and the demand, {demand:.6g} N.m{hint}"
         )
     return min(max(number, low), high)

@@ -190,45 +190,45 @@ class OpenLoop(Parameters):
 Controller = SampledController | TractionController
 
 
-def checked_controller(name: str, found: object) -> Controller:
+def checked_controller(name: str, candidate: object) -> Controller:
     """Return a sampled controller, or raise a ValueError that names its missing members."""
-    kind = found.__name__ if isinstance(found, type) else type(found).__name__
-    sampled = isinstance(found, SampledController)
-    if isinstance(found, type):
+    kind = candidate.__name__ if isinstance(candidate, type) else type(candidate).__name__
+    sampled = isinstance(candidate, SampledController)
+    if isinstance(candidate, type):
         raise ValueError(f"{name} is the class {kind}: give an object of it, such as {kind}()")
-    if hasattr(found, "prescribes"):
+    if hasattr(candidate, "prescribes"):
         raise ValueError(
             f"{name} is a {kind}, a continuous controller, which run_scenario and simulate run; "
             "expected a sampled one"
         )
-    lacking = [key for key in ("start", "sample") if not callable(getattr(found, key, None))]
+    lacking = [key for key in ("start", "sample") if not callable(getattr(candidate, key, None))]
     if lacking and not sampled:
-        plain = type(found).__repr__ is object.__repr__
-        what = getattr(found, "__name__", f"object of {kind}" if plain else shown(found))
+        plain = type(candidate).__repr__ is object.__repr__
+        what = getattr(candidate, "__name__", f"object of {kind}" if plain else shown(candidate))
         raise ValueError(
             f"{name} = {what} is not a controller: expected an object of a class derived from "
             "contactlib.SampledController, which has the method torque(self, measurement)"
         )
-    if not hasattr(found, "sample_time"):
+    if not hasattr(candidate, "sample_time"):
         raise ValueError(
             f"{name}: {kind}.sample_time is missing: it must be a time in seconds, as in "
             "sample_time = 0.01"
         )
-    checked_number(f"{kind}.sample_time", found.sample_time, POSITIVE)
+    checked_number(f"{kind}.sample_time", candidate.sample_time, POSITIVE)
     for key, given in (("reset", "measurement, torque"), ("torque", "measurement")):
         if not sampled:
             break
-        if not callable(getattr(found, key)):
+        if not callable(getattr(candidate, key)):
             raise ValueError(
                 f"{name}: {kind}.{key} must be a method, but self.{key} = "
-                f"{shown(getattr(found, key))} hides it: rename that attribute"
+                f"{shown(getattr(candidate, key))} hides it: rename that attribute"
             )
         try:
-            inspect.signature(getattr(found, key)).bind(*given.split())
+            inspect.signature(getattr(candidate, key)).bind(*given.split())
         except TypeError:
             form = f"{key}(self, {given})"
             raise ValueError(f"{name}: {kind}.{key} must be of the form {form}") from None
         except ValueError:  # of a function in C, whose arguments are not available
             continue
-    control: Controller = found  # type: ignore[assignment]
+    control: Controller = candidate  # type: ignore[assignment]
     return control

@@ -27,14 +27,14 @@ def around_design(control: Parameters, *names: str) -> dict[str, tuple[float, fl
 
     A setting of zero stays zero.
     """
-    found = {}
+    ranges = {}
     for name in names:
         value, limits = getattr(control, name), type(control).quantities()[name]
         low, high = sorted((value / WIDEST, value * WIDEST))
         if low < high:
             largest = min(limits.at_most, math.nextafter(limits.below, 0.0))
-            found[name] = (max(low, limits.at_least), min(high, largest))
-    return found
+            ranges[name] = (max(low, limits.at_least), min(high, largest))
+    return ranges
 
 
 class Searched:
@@ -87,12 +87,12 @@ class Searched:
     def _example(self) -> dict[str, tuple[float, float]]:
         """Declaration for the class: of its arguments that are positive numbers."""
         numbers = {name: as_number(value) for name, value in self.arguments.items()}
-        found = {
+        settings = {
             name: (value / WIDEST, value * WIDEST)
             for name, value in numbers.items()
             if value is not None and 0.0 < value < math.inf and name != "sample_time"
         }
-        return found or EXAMPLE
+        return settings or EXAMPLE
 
     def _range(self, where: str, name: str, ends: object) -> tuple[float, float]:
         what = f"{where}: {self._kind}.search_ranges"
@@ -135,7 +135,7 @@ def _arguments(control: Controller) -> dict[str, Any]:
     kind: Any = type(control)
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     given = inspect.signature(kind).parameters.values()
-    names = [one.name for one in given if one.kind in kinds]
+    names = [parameter.name for parameter in given if parameter.kind in kinds]
     for name in names:
         if not hasattr(control, name):
             raise ValueError(

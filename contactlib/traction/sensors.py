@@ -37,7 +37,7 @@ def checked_indices(index: Sequence[int]) -> list[int]:
     places = checked("index", index, INDEX)
     if places.ndim != 1 or (places != np.floor(places)).any():
         raise ValueError(f"index = {shown(index)} must be one row of whole numbers")
-    return [int(one) for one in index]
+    return [int(run) for run in index]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,23 +191,26 @@ class SensorReader:
                 f"index has {len(places)} entries for {len(sensors)} sensors: there must be as "
                 "many, and one at least"
             )
-        delays = {one.samples_of_delay(sample_time) for one in set(sensors)}
+        delays = {sensor.samples_of_delay(sample_time) for sensor in set(sensors)}
         if len(delays) > 1:
             raise ValueError(f"sensors have delays of {sorted(delays)} samples: they must be equal")
         self._count, self._delay, self._step = len(sensors), delays.pop(), float(sample_time)
         self._numbers = numbers
         self._none = self._each(0.0 for _ in sensors)
         self._gains = [
-            self._each(1.0 + getattr(one, name) for one in sensors)
+            self._each(1.0 + getattr(sensor, name) for sensor in sensors)
             for name in ("wheel_diameter_error", "vehicle_speed_bias")
         ]
-        self._drift = self._each(one.vehicle_speed_drift for one in sensors)
+        self._drift = self._each(sensor.vehicle_speed_drift for sensor in sensors)
         self._true = all(
-            one.wheel_diameter_error == one.vehicle_speed_bias == one.vehicle_speed_drift == 0.0
-            for one in sensors
+            sensor.wheel_diameter_error
+            == sensor.vehicle_speed_bias
+            == sensor.vehicle_speed_drift
+            == 0.0
+            for sensor in sensors
         )
-        self._pulses = self._each(one.encoder_pulses for one in sensors)
-        self._counts = any(one.encoder_pulses > 0.0 for one in sensors)
+        self._pulses = self._each(sensor.encoder_pulses for sensor in sensors)
+        self._counts = any(sensor.encoder_pulses > 0.0 for sensor in sensors)
         if self._counts:
             if radius is None:
                 raise ValueError(
@@ -221,16 +224,16 @@ class SensorReader:
                 )
             turns = np.broadcast_to(turn, self._count).tolist()
             self._pulse = self._each(
-                around / max(one.encoder_pulses, 1.0)
-                for around, one in zip(turns, sensors, strict=True)
+                around / max(sensor.encoder_pulses, 1.0)
+                for around, sensor in zip(turns, sensors, strict=True)
             )
-        limits = [one.acceleration_limit for one in sensors]
+        limits = [sensor.acceleration_limit for sensor in sensors]
         self._estimating = any(limit is not None for limit in limits)
         self._estimates = self._each(limit is not None for limit in limits)
         self._change = self._each((limit or 0.0) * self._step for limit in limits)  # [m/s]
         self._estimate: Any = None
         self._scale = np.array(
-            [[one.wheel_speed_noise, one.vehicle_speed_noise] for one in sensors]
+            [[sensor.wheel_speed_noise, sensor.vehicle_speed_noise] for sensor in sensors]
         ).T
         noisy = np.flatnonzero(self._scale.any(axis=0)).tolist()
         # Philox gives independent streams for any keys.
@@ -247,8 +250,8 @@ class SensorReader:
 
     def _each(self, values: Iterable[Any]) -> Any:
         """One value for each wheelset: an array, or a number."""
-        found = list(values)
-        return found[0] if self._numbers else np.array(found)
+        numbers = list(values)
+        return numbers[0] if self._numbers else np.array(numbers)
 
     def read(self, wheel_speed: Any, vehicle_speed: Any, demand: Any) -> tuple[Any, Any]:
         """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,).
