@@ -197,8 +197,8 @@ def separatrix(
     if speeds.size:
         slowest = wheelset.conditions(speed=float(speeds.min()), **given)
         wheelset = steady_rolling(wheelset, "separatrix", slowest)
-    found = [basin(wheelset, drive_torque=torque, speed=float(v), **given) for v in speeds.flat]
-    borders = [at.highest if torque >= 0.0 else at.lowest for at in found]
+    basins = [basin(wheelset, drive_torque=torque, speed=float(v), **given) for v in speeds.flat]
+    borders = [at.highest if torque >= 0.0 else at.lowest for at in basins]
     return np.array(borders, dtype=np.float64).reshape(speeds.shape)
 
 
@@ -248,9 +248,9 @@ def _ahead(
         if abs(rate * step) <= max(AT_REST * abs(later.speed - at.speed), ROUNDING * at.speed):
             break  # practically at a saddle, where branch and border meet
         ahead = replace(later, speed=later.speed + rate * step)
-        found = _on_branch(wheelset, torque, branch, ahead)
-        if found is not None and found[1] * rate >= 0.0:
-            later, curve, (branch, rate) = ahead, CreepCurve(wheelset, ahead), found
+        on_branch = _on_branch(wheelset, torque, branch, ahead)
+        if on_branch is not None and on_branch[1] * rate >= 0.0:
+            later, curve, (branch, rate) = ahead, CreepCurve(wheelset, ahead), on_branch
             time, passed = time + step, passed + share
         elif share > SHORTEST:
             share *= 0.5  # to the end of the branch, or up to a saddle
@@ -307,5 +307,5 @@ def _on_branch(
     unstable = states.creepage[states.pole > 0.0]
     if unstable.size == 0:
         return None
-    found = float(unstable[np.abs(unstable - near).argmin()])
-    return found, float(curve.acceleration(found))
+    creepage = float(unstable[np.abs(unstable - near).argmin()])
+    return creepage, float(curve.acceleration(creepage))

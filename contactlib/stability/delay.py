@@ -149,8 +149,8 @@ def sampled_loop(
         """exp(A t) and the integral of exp(A s) b ds from 0 to t."""
         block = np.zeros((n + 1, n + 1))
         block[:n, :n], block[:n, n] = a, b
-        found = expm(block * time)
-        return found[:n, :n], found[:n, n]
+        exponential = expm(block * time)
+        return exponential[:n, :n], exponential[:n, n]
 
     step, _ = held(sample_time)
     rest, new = held(sample_time - part)

@@ -126,9 +126,11 @@ def poles(
     given = {"normal_load": load, "friction_scale": friction_scale}
     contact = wheelset.element.evaluate(omega=(1.0 + zeta) * v / r, speed=v, **given)
     if wheelset.element.memory:
-        found = np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given))
-        found = found.astype(np.complex128)
-        return np.take_along_axis(found, np.argsort(-found.real, axis=-1, kind="stable"), axis=-1)
+        eigenvalues = np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given))
+        eigenvalues = eigenvalues.astype(np.complex128)
+        return np.take_along_axis(
+            eigenvalues, np.argsort(-eigenvalues.real, axis=-1, kind="stable"), axis=-1
+        )
     by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
@@ -158,10 +160,10 @@ def fast_pole(
     unstable one or, if both are stable, the one farther from zero. `approximate_pole` is close.
     The eigenvalues that a contact with memory adds count if they decay more slowly.
     """
-    found = poles(
+    both = poles(
         wheelset, creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
     ).real
-    first, own = found[..., 0], found[..., 0 if wheelset.speed_held else 1]
+    first, own = both[..., 0], both[..., 0 if wheelset.speed_held else 1]
     return np.asarray(np.where(first > 0.0, first, own))
 
 

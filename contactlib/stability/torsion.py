@@ -135,8 +135,8 @@ def _remembering_eigenvalues(
     matrix[0, 0] -= 4.0 * axle.damping / j
     matrix[0, 1] = -2.0 * axle.stiffness / j
     matrix[1, 0] = 2.0
-    found = np.linalg.eigvals(matrix)
-    return np.asarray(found[np.argsort(-np.abs(found.imag), kind="stable")[:2]])
+    eigenvalues = np.linalg.eigvals(matrix)
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues.imag), kind="stable")[:2]])
 
 
 def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
@@ -399,9 +399,9 @@ def _curve(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArr
     rates = rate(grid)
     rises = np.diff(rates)
     turns = 1 + np.flatnonzero(rises[:-1] * rises[1:] <= 0.0)
-    found = [_turn(rate, *grid[[i - 1, i + 1]], top=bool(rises[i - 1] > 0.0)) for i in turns]
-    at = [rate(a) for a in found]
-    amplitudes, rates = np.append(grid, found), np.append(rates, at)
+    extrema = [_turn(rate, *grid[[i - 1, i + 1]], top=bool(rises[i - 1] > 0.0)) for i in turns]
+    at = [rate(a) for a in extrema]
+    amplitudes, rates = np.append(grid, extrema), np.append(rates, at)
     order = np.argsort(amplitudes)
     return rate, amplitudes[order], rates[order]
 

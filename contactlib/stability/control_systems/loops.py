@@ -147,8 +147,8 @@ def margins(loop: StateSpace) -> Margins:
         )
     omega = frequencies(loop)
     response = control.frd(loop, omega, smooth=True)
-    found = control.stability_margins(response, returnall=True)
-    gains, phases, distances, _, crossovers, _ = map(np.ravel, found)  # one is a scalar
+    listed = control.stability_margins(response, returnall=True)
+    gains, phases, distances, _, crossovers, _ = map(np.ravel, listed)  # one is a scalar
     ends = np.array([loop(1.0 if loop.dt else 0.0, warn_infinite=False)])
     if loop.dt:
         ends = np.append(ends, loop(-1.0))  # at half the sampling frequency

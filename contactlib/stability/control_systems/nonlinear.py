@@ -135,22 +135,22 @@ def operating_point(
     held = replace(wheelset.without_memory(), mass=None)  # which changes no steady state
     at = wheelset.conditions(at, **given)
     omega = (1.0 + checked_number("creepage", creepage, FINITE)) * at.speed / wheelset.radius
-    found = control.find_operating_point(
+    operating = control.find_operating_point(
         held.to_nlsys(speed=at.speed),
         [omega],
         [checked_torque(drive_torque), at.normal_load, at.friction_scale, 0.0],
         return_result=True,
         root_kwargs={"tol": 1e-12},
     )
-    left = wheelset.inertia * float(np.max(np.abs(found.result.fun)))  # [N.m]
+    left = wheelset.inertia * float(np.max(np.abs(operating.result.fun)))  # [N.m]
     friction = wheelset.element.friction.static * at.friction_scale
     largest = wheelset.radius * friction * at.normal_load
-    if not found.result.success or left > BALANCED * largest:
+    if not operating.result.success or left > BALANCED * largest:
         raise ValueError(
             f"drive_torque = {drive_torque!r}: no operating point near creepage = {creepage!r} "
             f"(the torques differ by {left:.3g} N.m); {_fold(held, at)}"
         )
-    return wheelset.balanced(at, creepage=float(found.outputs[2]))
+    return wheelset.balanced(at, creepage=float(operating.outputs[2]))
 
 
 def _fold(held: Wheelset, at: Conditions) -> str:
