@@ -59,10 +59,10 @@ class Analysis:
         the same size of creepage. Where damping makes the torque rise forever, the peak of the
         force counts: beyond it the wheels spin, held by damping alone.
         """
-        found = self.curve.steady(self.torque)
+        states = self.curve.steady(self.torque)
         fold = _fold(self.curve)
         last = self.curve.peak.creepage if fold is None else fold.creepage
-        return bool((found.stable & (abs(found.creepage) < last)).any())
+        return bool((states.stable & (abs(states.creepage) < last)).any())
 
     @cached_property
     def clearing(self) -> tuple[float, float]:
@@ -76,7 +76,7 @@ class Analysis:
         if not self.grip:
             return 0.0, 0.0
         try:
-            found = clearing(
+            longest = clearing(
                 self.wheelset.without_memory(),
                 drive_torque=self.torque,
                 speed=self.speed,
@@ -85,7 +85,7 @@ class Analysis:
             )
         except ValueError:  # of the speed reached: the arguments come from a scenario
             return math.nan, math.nan
-        return found.time, found.distance
+        return longest.time, longest.distance
 
     @property
     def margin(self) -> float:

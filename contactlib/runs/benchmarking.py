@@ -234,10 +234,10 @@ class Benchmark:
 
     def score(self, controller: str, scenario: str | None = None) -> Score:
         """Score of a controller, of all runs or of those in one scenario."""
-        found = self.outcomes[self.controllers.index(controller)]
+        outcomes = self.outcomes[self.controllers.index(controller)]
         if scenario is not None:
-            found = found[[self.scenarios.index(scenario)]]
-        limited, used, *costs = np.moveaxis(found, -1, 0)
+            outcomes = outcomes[[self.scenarios.index(scenario)]]
+        limited, used, *costs = np.moveaxis(outcomes, -1, 0)
         runs = counted(limited, used).mean(axis=0)
         error = np.sqrt(runs.var(axis=-1, ddof=1).mean() / runs.size)
         finished = ~np.isnan(used)
@@ -249,11 +249,11 @@ class Benchmark:
         head = "controller", "score", "+-", "spread", "minimum", "slip work", "jerk", "trials"
         rows = [head, ("", "1", "1", "1", "1", "kJ", "m/s3", "")]
         for name, trials in zip(self.controllers, self.trials, strict=True):
-            one = self.score(name)
-            numbers = f"{one.mean:.3f}", f"{one.standard_error:.3f}", f"{one.spread:.3f}"
-            costs = f"{1e-3 * one.slip_work:.0f}", f"{one.jerk:.1f}"
+            score = self.score(name)
+            numbers = f"{score.mean:.3f}", f"{score.standard_error:.3f}", f"{score.spread:.3f}"
+            costs = f"{1e-3 * score.slip_work:.0f}", f"{score.jerk:.1f}"
             known = "not stated" if trials is None else str(trials)
-            rows.append((name, *numbers, f"{one.minimum:.3f}", *costs, known))
+            rows.append((name, *numbers, f"{score.minimum:.3f}", *costs, known))
         parts = [["scenario", *self.controllers]]
         parts += [
             [scenario, *(f"{self.score(name, scenario).mean:.3f}" for name in self.controllers)]
@@ -289,7 +289,9 @@ class Benchmark:
             name: {
                 **_known(self.score(name)),
                 "trials": trials,
-                "scenarios": {one: _known(self.score(name, one)) for one in self.scenarios},
+                "scenarios": {
+                    scenario: _known(self.score(name, scenario)) for scenario in self.scenarios
+                },
             }
             for name, trials in zip(self.controllers, self.trials, strict=True)
         }
@@ -384,23 +386,23 @@ def benchmark(
         erring = all_errors(runs[0].sensors, SAMPLE_TIME)
         sensors = [erring[label] for label in labels for _ in range(extent.noises)]
         cases = [
-            replace(run, sensors=one, controllers={"tried": control})
-            for run, one in zip(runs, sensors, strict=True)
+            replace(run, sensors=erroneous, controllers={"tried": control})
+            for run, erroneous in zip(runs, sensors, strict=True)
         ]
         index = [*range(UNSEEN, UNSEEN + extent.noises)] * len(labels)
-        found = run_many(cases, "tried", OUTCOMES, index=index)
-        return np.stack([found[name].reshape(len(labels), -1) for name in OUTCOMES], axis=-1)
+        columns = run_many(cases, "tried", OUTCOMES, index=index)
+        return np.stack([columns[name].reshape(len(labels), -1) for name in OUTCOMES], axis=-1)
 
-    found: list[FloatArray] = []
+    done: list[FloatArray] = []
     progress(0.0)
     pool = ThreadPoolExecutor(default_workers())  # the kernel releases the GIL while it steps
     try:
-        for one in pool.map(outcomes, jobs):
-            found.append(one)
-            progress(len(found) / len(jobs))
+        for outcome in pool.map(outcomes, jobs):
+            done.append(outcome)
+            progress(len(done) / len(jobs))
     finally:
         pool.shutdown(cancel_futures=True)
-    whole = np.reshape(found, (-1, len(scenarios), *found[0].shape))
+    whole = np.reshape(done, (-1, len(scenarios), *done[0].shape))
     form = " (small)" if small else ""
     title = f"contactlib benchmark {VERSION}{form}, seed {seed}"
     names = tuple(scenario.name for scenario in scenarios)

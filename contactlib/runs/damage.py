@@ -40,15 +40,15 @@ def warn_of_damage(result: Result) -> None:
     rim = float(np.max(np.abs(result["slip_velocity"] + speed)))
     heat = float(abs(result["creep_work"][-1] - result["creep_work"][0]))
     creepage = float(np.max(np.abs(result["creepage"]), initial=0.0, where=np.abs(speed) > MOVES))
-    found = []
+    damage = []
     if rim > MAX_RIM_SPEED:
-        found.append(f"a rim speed of {rim:.4g} m/s")
+        damage.append(f"a rim speed of {rim:.4g} m/s")
     if heat > MAX_HEAT + COOLING * (result.time[-1] - result.time[0]):
-        found.append(f"a slip work of {1e-6 * heat:.3g} MJ")
+        damage.append(f"a slip work of {1e-6 * heat:.3g} MJ")
     if creepage > MAX_CREEPAGE:
-        found.append(f"a creepage of {100.0 * creepage:.4g} %")
-    if found:
-        warn(f"the run reaches {', '.join(found)}: {CURE}")
+        damage.append(f"a creepage of {100.0 * creepage:.4g} %")
+    if damage:
+        warn(f"the run reaches {', '.join(damage)}: {CURE}")
 
 
 def warn_of_damaged_runs(dataset: Dataset, duration: float) -> None:
@@ -57,12 +57,12 @@ def warn_of_damaged_runs(dataset: Dataset, duration: float) -> None:
         "largest_slip_speed": (MAX_RIM_SPEED, 1.0, "m/s"),
         "slip_work": (MAX_HEAT + COOLING * duration, 1e-6, "MJ"),
     }
-    found = []
+    damage = []
     for name, (limit, factor, unit) in limits.items():
         values = dataset[name].values if name in dataset else np.zeros(0)
         if count := int(np.sum(values > limit)):
             largest = f"{factor * np.nanmax(values):.4g} {unit}"
             what = name.removeprefix("largest_").replace("_", " ")
-            found.append(f"{count} of {values.size} runs reach a {what} of up to {largest}")
-    if found:
-        warn(f"{', '.join(found)}: {CURE}")
+            damage.append(f"{count} of {values.size} runs reach a {what} of up to {largest}")
+    if damage:
+        warn(f"{', '.join(damage)}: {CURE}")

@@ -45,34 +45,34 @@ def start(
         backward.
     """
     states = np.zeros(fleet.size, kernel.drivetrain_dtype("state"))
-    bodies = [one.drivetrain.wheelset for one in scenarios]
-    speed = np.array([one.initial_speed for one in scenarios])
+    bodies = [scenario.drivetrain.wheelset for scenario in scenarios]
+    speed = np.array([scenario.initial_speed for scenario in scenarios])
     slowest = np.array([body.element.minimum_speed for body in bodies])
     radius = np.array([body.radius for body in bodies])
     moving = speed >= slowest
     states["speed"] = speed
     torque = np.where(moving, demand, 0.0)
-    braked = np.array([one.drivetrain.brake is not None for one in scenarios])
+    braked = np.array([scenario.drivetrain.brake is not None for scenario in scenarios])
     states["brake_torque"] = np.where(braked, np.maximum(-torque, 0.0), 0.0)
     states["drive_torque"] = np.where(braked, np.maximum(torque, 0.0), torque)
 
     refused: dict[int, ValueError] = {}
     if creepage is not None:
-        found = np.full(fleet.size, creepage)
+        creepages = np.full(fleet.size, creepage)
     elif moving.any():
-        found, limit = fleet.grip(inputs, speed, demand)
-        for i in np.flatnonzero(np.isnan(found) & moving).tolist():
+        creepages, limit = fleet.grip(inputs, speed, demand)
+        for i in np.flatnonzero(np.isnan(creepages) & moving).tolist():
             refused[i] = ValueError(beyond_grip(float(demand[i]), float(limit[i])))
-        found = np.where(moving & ~np.isnan(found), found, 0.0)
+        creepages = np.where(moving & ~np.isnan(creepages), creepages, 0.0)
     else:
-        found = np.zeros(fleet.size)
-    omega = (speed + found * np.maximum(np.abs(speed), slowest)) / radius
+        creepages = np.zeros(fleet.size)
+    omega = (speed + creepages * np.maximum(np.abs(speed), slowest)) / radius
     states["omega_left"] = states["omega_right"] = omega
     steady = fleet.evaluate(inputs, states)
     for side in ("left", "right"):
         states[f"traction_{side}"] = steady[f"steady_{side}"]
         states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
-    _twist(scenarios, fleet, inputs, states, torque, found)
+    _twist(scenarios, fleet, inputs, states, torque, creepages)
     return Start(states, torque, refused)
 
 
@@ -85,11 +85,11 @@ def _twist(
     creepage: FloatArray,
 ) -> None:
     """Twist elastic axles such that both wheels keep their creepage."""
-    if all(one.drivetrain.axle is None for one in scenarios):
+    if all(scenario.drivetrain.axle is None for scenario in scenarios):
         return
     there = fleet.evaluate(inputs, states)
-    for i, one in enumerate(scenarios):
-        wheelset, axle = one.drivetrain.wheelset, one.drivetrain.axle
+    for i, scenario in enumerate(scenarios):
+        wheelset, axle = scenario.drivetrain.wheelset, scenario.drivetrain.axle
         if axle is None:
             continue
         # J/2 (1 + zeta)/r dV/dt = share T - r Q_left - b/2 omega - k twist

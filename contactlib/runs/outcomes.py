@@ -86,13 +86,13 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
     ValueError
         If a name is unknown.
     """
-    found = {}
+    observers = {}
     for name in names:
         row = OUTCOMES.get(name)
         if row is None or row.observe is None:
             raise ValueError(f"outcome = {name!r} must be one of: {', '.join(OUTCOMES)}")
-        found[name] = row.observe(vehicles)
-    return found
+        observers[name] = row.observe(vehicles)
+    return observers
 
 
 def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
@@ -313,10 +313,12 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
         The scenario's drivetrain.
     """
     vehicles = Vehicles.of([drivetrain])
-    rows, found = DerivedRows(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
-    for accumulator in found.values():
+    rows, observers = DerivedRows(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
+    for accumulator in observers.values():
         accumulator.add(rows)
-    return Metrics(**{name: float(accumulator.value()[0]) for name, accumulator in found.items()})
+    return Metrics(
+        **{name: float(accumulator.value()[0]) for name, accumulator in observers.items()}
+    )
 
 
 def comparison_table(metrics: Mapping[str, Metrics]) -> str:

@@ -79,11 +79,11 @@ class ManyProfiles:
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Values at times [s], shape (times, n)."""
-        found = np.empty((times.size, self._steady.size))
-        found[:] = self._steady
+        values = np.empty((times.size, self._steady.size))
+        values[:] = self._steady
         for profile, places in self._moving:
-            found[:, places] = profile(times)[:, np.newaxis]
-        return found
+            values[:, places] = profile(times)[:, np.newaxis]
+        return values
 
 
 class Drives:
@@ -108,11 +108,11 @@ class Drives:
         sample_time: float,
         braked: Sequence[bool] = (),
     ) -> None:
-        limits = [(one.power, one.torque_rate, one.trip_speed) for one in motors]
-        found = [[math.inf if limit is None else limit for limit in row] for row in limits]
-        self._limited = bool(np.isfinite(found).any())
+        limits = [(motor.power, motor.torque_rate, motor.trip_speed) for motor in motors]
+        numbers = [[math.inf if limit is None else limit for limit in row] for row in limits]
+        self._limited = bool(np.isfinite(numbers).any())
         single = len(motors) == 1
-        power, rate, trip = found[0] if single else np.array(found).T
+        power, rate, trip = numbers[0] if single else np.array(numbers).T
         self._power, self._trip, self._change = power, trip, rate * sample_time
         self._radius = float(radius[0]) if single else radius
         self._tripped: Numbers = False if single else np.zeros(len(motors), dtype=np.bool_)
@@ -174,7 +174,7 @@ class Brakes:
     def __init__(
         self, brakes: Sequence[Brake | None], sample_time: float, torque: FloatArray
     ) -> None:
-        late = [0 if one is None else round(one.delay / sample_time) for one in brakes]
+        late = [0 if brake is None else round(brake.delay / sample_time) for brake in brakes]
         self._late, self._places = np.array(late), np.arange(len(brakes))
         self._sent = np.tile(np.maximum(-torque, 0.0), (max(late) + 1, 1))
         self._samples = 0
@@ -189,9 +189,9 @@ class Brakes:
         """
         size = len(self._sent)
         self._sent[self._samples % size] = np.maximum(-torque, 0.0)
-        found = self._sent[(self._samples - self._late) % size, self._places]
+        delayed = self._sent[(self._samples - self._late) % size, self._places]
         self._samples += 1
-        return np.asarray(found)
+        return np.asarray(delayed)
 
 
 def _numbers(values: FloatArray) -> Numbers:
@@ -292,8 +292,8 @@ def checked_creepage(scenarios: Sequence[Scenario], creepage: float | None) -> f
     """Check a creepage at the start, which each wheelset's angular velocity must allow [1]."""
     if creepage is None:
         return None
-    for one in scenarios:
-        element, speed = one.drivetrain.wheelset.element, abs(one.initial_speed)
+    for scenario in scenarios:
+        element, speed = scenario.drivetrain.wheelset.element, abs(scenario.initial_speed)
         reachable = creepage_limits(element, max(speed, element.minimum_speed), REFERENCE_SPEED)
         creepage = checked_number("initial_creepage", creepage, reachable)
     return creepage
@@ -357,10 +357,10 @@ class Plant:
     ) -> None:
         self._single = isinstance(scenario, Scenario)
         given = [scenario] if isinstance(scenario, Scenario) else list(scenario)
-        for one in given:
-            if not isinstance(one, Scenario):
+        for run in given:
+            if not isinstance(run, Scenario):
                 raise ValueError(
-                    f"expected a Scenario, got {shown(one)}: contactlib.load_scenario reads one"
+                    f"expected a Scenario, got {shown(run)}: contactlib.load_scenario reads one"
                 )
         if not given:
             raise ValueError("scenario = [] is too short: a plant has at least one wheelset")
@@ -384,20 +384,20 @@ class Plant:
         """Prepare what does not change from run to run, and so many rows of inputs."""
         self._scenarios, self._timing = scenarios, timing
         self._tolerance, self._creepage = tolerance, creepage
-        self.trains = [one.drivetrain for one in scenarios]
-        self.tracks = [one.rails for one in scenarios]
+        self.trains = [scenario.drivetrain for scenario in scenarios]
+        self.tracks = [scenario.rails for scenario in scenarios]
         bodies, n = [train.wheelset for train in self.trains], len(scenarios)
         self.fleet = self._native()
         self.radius = np.array([body.radius for body in bodies])
-        self._demands = ManyProfiles([one.demand for one in scenarios])
-        self._speeds = ManyProfiles([one.held_speed or FREE for one in scenarios])
+        self._demands = ManyProfiles([scenario.demand for scenario in scenarios])
+        self._speeds = ManyProfiles([scenario.held_speed or FREE for scenario in scenarios])
         self._radius = _numbers(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
         self._cleaning = np.array([track.cleaning for track in self.tracks])
         self._inputs["recovered"] = [track.recovered for track in self.tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
-        loads = [one.wheel_load or STATIC for one in scenarios]
+        loads = [scenario.wheel_load or STATIC for scenario in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
 
     def _native(self) -> kernel.NativeFleet:
@@ -426,7 +426,7 @@ class Plant:
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """An independent plant in the same state; it shares what never changes."""
         constant = *self._scenarios, *self.trains, *self.tracks, self.fleet
-        memo |= {id(one): one for one in constant}
+        memo |= {id(part): part for part in constant}
         made = object.__new__(type(self))
         made.__setstate__(deepcopy({**self.__getstate__(), "fleet": self.fleet}, memo))
         return made
@@ -496,8 +496,8 @@ class Plant:
         """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
         if name not in UNITS:
             raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
-        found = self.now()[name][0]
-        return float(found[0]) if self._single else np.array(found)
+        values = self.now()[name][0]
+        return float(values[0]) if self._single else np.array(values)
 
     def now(self) -> Block:
         """All signals of `run_scenario` now, each computed on first use: shape (1, n)."""

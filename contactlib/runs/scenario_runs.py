@@ -162,7 +162,7 @@ def _continuous_run(
     """Run a scenario under a continuous controller, with the signals of other runs and more."""
     scenario.check_continuous("controller")
     wheelset = scenario.drivetrain.wheelset
-    found = simulate(
+    result = simulate(
         wheelset,
         controller,
         initial_speed=scenario.initial_speed,
@@ -172,10 +172,10 @@ def _continuous_run(
         tolerance=tolerance,
         progress=progress,
     )
-    conditions = {name: found[name] for name in ("speed", "normal_load", "friction_scale")}
-    known = {**found.signals, "available_force": available_force(wheelset.element, **conditions)}
-    units = {**UNITS, **found.units}
-    return Result(found.time, {name: known[name] for name in units}, units, found.events)
+    conditions = {name: result[name] for name in ("speed", "normal_load", "friction_scale")}
+    known = {**result.signals, "available_force": available_force(wheelset.element, **conditions)}
+    units = {**UNITS, **result.units}
+    return Result(result.time, {name: known[name] for name in units}, units, result.events)
 
 
 def _check_scenario(scenario: object) -> None:
@@ -276,18 +276,18 @@ def run_many(
     index = range(len(scenarios)) if index is None else checked_indices(index)
     steps: list[float | None]
     if isinstance(step, (list, tuple)):
-        steps = [checked_number("step", one, POSITIVE) for one in step]
+        steps = [checked_number("step", number, POSITIVE) for number in step]
     else:
-        one = None if step is None else checked_number("step", step, POSITIVE)
-        steps = [one] * len(scenarios)
+        longest = None if step is None else checked_number("step", step, POSITIVE)
+        steps = [longest] * len(scenarios)
     for name, given in (("index", index), ("step", steps)):
         if len(given) != len(scenarios):
             raise ValueError(
                 f"{name} = {list(given)!r} must have {len(scenarios)} entries, a scenario each"
             )
-    found = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
-    found[FAILED] = np.zeros(len(scenarios))
-    controls = [_chosen(one, controller) for one in scenarios]
+    columns = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
+    columns[FAILED] = np.zeros(len(scenarios))
+    controls = [_chosen(scenario, controller) for scenario in scenarios]
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * len(places) for when, places in groups)
     done = 0
@@ -308,16 +308,16 @@ def run_many(
         )
         kept = Kept(when) if metrics else None
         for name, values in _watch(runs, outcomes, kept, report, doubts).items():
-            found[name][places] = np.where(runs.failed, np.nan, values)
-        found[FAILED][places] = runs.failed
+            columns[name][places] = np.where(runs.failed, np.nan, values)
+        columns[FAILED][places] = runs.failed
         for i, result in enumerate(kept.results() if kept else ()):
             for name, metric in metrics.items() if not runs.failed[i] else ():
-                found[name][places[i]] = _measured(name, metric, result)
+                columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
     if doubts:
         others = f" (and so {len(doubts) - 1} other runs)" if len(doubts) > 1 else ""
         warn(f"{doubts[0]}{others}")
-    return found
+    return columns
 
 
 def checked_metrics(
@@ -341,14 +341,14 @@ def checked_metrics(
 
 def _measured(name: str, metric: Metric, result: Result) -> float:
     try:
-        found: object = metric(result)
+        answer: object = metric(result)
     except USERS_ERRORS as error:
         raise explained(f"metric {name}", error) from error
-    number = as_number(found, "biuf")
+    number = as_number(answer, "biuf")
     if number is None:
-        hint = "; a return is missing" if found is None else ""
+        hint = "; a return is missing" if answer is None else ""
         raise ValueError(
-            f"metric {name} returned {shown(found)}: it must return one number, nan if there is "
+            f"metric {name} returned {shown(answer)}: it must return one number, nan if there is "
             f"none{hint}"
         )
     return number
@@ -377,8 +377,10 @@ def _watch(
                 kept.add(block)
             report(block.time.size * len(runs.trains))
     ends = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
-    found = (track.doubt(*place) for track, *place in ends)
-    doubts += [text for text, failed in zip(found, runs.failed, strict=True) if text and not failed]
+    of_maps = (track.doubt(*place) for track, *place in ends)
+    doubts += [
+        text for text, failed in zip(of_maps, runs.failed, strict=True) if text and not failed
+    ]
     return {name: accumulator.value() for name, accumulator in watching.items()}
 
 
@@ -396,16 +398,16 @@ def _groups(
     kinds = {id(control): structure(control) for control in controls}
     delays: dict[Hashable, int] = {}
     whens: dict[Hashable, Timing] = {}
-    for i, (one, control, step) in enumerate(zip(scenarios, controls, steps, strict=True)):
-        step = default_step(one, LONGEST_STEP) if step is None else step
-        timed = control.sample_time, one.duration, step
+    for i, (scenario, control, step) in enumerate(zip(scenarios, controls, steps, strict=True)):
+        step = default_step(scenario, LONGEST_STEP) if step is None else step
+        timed = control.sample_time, scenario.duration, step
         if timed not in whens:
-            whens[timed] = timing(one, control.sample_time, step)
-        late = control.sample_time, one.sensors.delay
+            whens[timed] = timing(scenario, control.sample_time, step)
+        late = control.sample_time, scenario.sensors.delay
         if late not in delays:
-            delays[late] = one.sensors.samples_of_delay(control.sample_time)
-        falls = one.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        kind = one.drivetrain.kind, falls, one.wheel_load is None, kinds[id(control)]
+            delays[late] = scenario.sensors.samples_of_delay(control.sample_time)
+        falls = scenario.drivetrain.wheelset.element.friction.falls_with_slip_speed
+        kind = scenario.drivetrain.kind, falls, scenario.wheel_load is None, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():

@@ -45,11 +45,11 @@ def _stretches(
     corners = {0.0, duration}
     for profile in profiles.values():
         corners.update(t for t in profile.at if 0.0 < t < duration)
-    found = []
+    stretches = []
     for span in pairwise(sorted(corners)):
         ends = {name: profile.on(*span) for name, profile in profiles.items()}
-        found.append((span, [{name: pair[i] for name, pair in ends.items()} for i in (0, 1)]))
-    return found
+        stretches.append((span, [{name: pair[i] for name, pair in ends.items()} for i in (0, 1)]))
+    return stretches
 
 
 def simulate(
@@ -175,7 +175,7 @@ def simulate(
         SLIP_AWAY: {"abs_creepage": 1.0, "level": away, "direction": 1},
         STANDSTILL: {"abs_speed": 1.0, "level": slowest, "direction": -1},
     }
-    crossings = [{**one, "ends": name in stop_at} for name, one in passing.items()]
+    crossings = [{**event, "ends": name in stop_at} for name, event in passing.items()]
     row = {"speed": initial_speed, "omega": omega, "memory": controller.start(torque)}
     train = Drivetrain(wheelset).native
     parts: list[Any] = []

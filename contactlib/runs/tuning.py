@@ -81,21 +81,21 @@ class Tuning:
         """
         control: Any = self.controllers[0]
         kind = type(control)
-        found = {key: float(f"{getattr(control, key):.4g}") for key in self.factors}
+        settings = {key: float(f"{getattr(control, key):.4g}") for key in self.factors}
         if isinstance(design, ControllerDesign):
-            if "reference" in found and control.reference_torque is not None:
-                found["reference_torque"] = float(
+            if "reference" in settings and control.reference_torque is not None:
+                settings["reference_torque"] = float(
                     f"{control.reference_torque:.4g}"
                 )  # else constant
             lines = [f"[controllers.{name}]", f'kind = "{design.kind}"']
-            given = {**design.given, **found}
+            given = {**design.given, **settings}
             return "\n".join([*lines, *(f"{key} = {v!r}" for key, v in given.items())]) + "\n"
         if type(design) is not kind:
             raise ValueError(
                 f"design = {shown(design)} must be what the scenario has as {name}: a "
                 f"ControllerDesign or a {kind.__name__}"
             )
-        given = {**Searched(name, control).arguments, **found}
+        given = {**Searched(name, control).arguments, **settings}
         call = ", ".join(f"{key}={shown(value)}" for key, value in given.items())
         return f"# {name} is a controller of your own: {kind.__name__}({call})\n"
 
@@ -110,11 +110,11 @@ def searched(scenarios: Sequence[Scenario], controller: str) -> list[Searched]:
         than in the first scenario.
     """
     where = f"controller = {shown(controller)}"
-    found = [Searched(where, scenario.controller(controller)) for scenario in scenarios]
-    kinds = dict.fromkeys(type(one.control).__name__ for one in found)
+    designs = [Searched(where, scenario.controller(controller)) for scenario in scenarios]
+    kinds = dict.fromkeys(type(design.control).__name__ for design in designs)
     if len(kinds) > 1:
         raise ValueError(f"{where} must be of one class in all scenarios: {', '.join(kinds)}")
-    return found
+    return designs
 
 
 def tune(
@@ -173,8 +173,8 @@ def tune(
     seeds = checked_whole("seeds", seeds, SEEDS)
     seed = checked_whole("seed", seed, INDEX)
     designs = searched(scenarios, controller)
-    names = [name for name in designs[0].ranges if all(name in one.ranges for one in designs)]
-    ends = np.log([[one.factors(name) for name in names] for one in designs])
+    names = [name for name in designs[0].ranges if all(name in design.ranges for design in designs)]
+    ends = np.log([[design.factors(name) for name in names] for design in designs])
     low, high = ends[..., 0].max(axis=0), ends[..., 1].min(axis=0)  # that suit all designs
     done = 0
     cases = [
@@ -185,10 +185,10 @@ def tune(
 
     def objective(logs: Any) -> Any:  # many at once, which SciPy's types do not cover
         nonlocal done
-        found = _outcomes(cases, names, np.exp(logs.T), range(seeds))
+        outcomes = _outcomes(cases, names, np.exp(logs.T), range(seeds))
         done += len(logs.T)
         progress(min(1.0, done / (generations * POPULATION)))
-        return -found.mean(axis=(1, 2, 3))
+        return -outcomes.mean(axis=(1, 2, 3))
 
     from scipy.stats import qmc  # imported late, as it takes longer than all else here
 
@@ -212,7 +212,7 @@ def tune(
     unseen = range(UNSEEN, UNSEEN + max(seeds, 10))
     plain = list(zip(scenarios, designs, strict=True))
     designed, tuned = _outcomes(plain, names, both, unseen)
-    settled = tuple(one.changed(factors) for one in designs)
+    settled = tuple(design.changed(factors) for design in designs)
     return Tuning(factors, settled, designed, tuned, generations * POPULATION)
 
 
@@ -251,29 +251,29 @@ def _run(
     """Outcomes of scenarios under controllers: shape (names, scenarios, noises)."""
     cases = [replace(scenario, controllers={"tried": control}) for scenario, control in tried]
     many = [case for case in cases for _ in index]
-    found = run_many(many, "tried", names, index=list(index) * len(cases))
-    return np.stack([found[name].reshape(len(cases), len(index)) for name in names])
+    outcomes = run_many(many, "tried", names, index=list(index) * len(cases))
+    return np.stack([outcomes[name].reshape(len(cases), len(index)) for name in names])
 
 
 def all_errors(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
     """The sensors of `erring`; in the last case none measures the vehicle speed."""
-    found = erring(sensors, sample_time)
-    found["speed of the wheels alone"] = replace(
+    variants = erring(sensors, sample_time)
+    variants["speed of the wheels alone"] = replace(
         sensors,
         vehicle_speed_bias=0.0,
         vehicle_speed_drift=0.0,
         vehicle_speed_noise=0.0,
         acceleration_limit=TRAIN,
     )
-    return found
+    return variants
 
 
 def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
     """The sensors with one error at a time, by what it is; first as they are."""
-    found = {"as in the file": sensors}
+    variants = {"as in the file": sensors}
 
     def add(name: str, **errors: float) -> None:
-        found[name] = replace(sensors, **errors)
+        variants[name] = replace(sensors, **errors)
 
     for bias in BIASES:
         add(
@@ -292,12 +292,12 @@ def erring(sensors: Sensors, sample_time: float) -> dict[str, Sensors]:
     for samples in LATE:
         later = sensors.delay + samples * sample_time
         add(f"delay + {1e3 * samples * sample_time:g} ms", delay=later)
-    return found
+    return variants
 
 
 def check_distinct(scenarios: Sequence[Scenario]) -> None:
     """Reject scenarios with equal names."""
-    twice = [name for name, n in Counter(one.name for one in scenarios).items() if n > 1]
+    twice = [name for name, n in Counter(scenario.name for scenario in scenarios).items() if n > 1]
     if twice:
         raise ValueError(f"two of the scenarios have the name {twice[0]!r}: give each its own")
 
@@ -346,7 +346,7 @@ def sensor_errors(
             cases = [(replace(scenario, sensors=s), control) for s in sensors.values()]
             whole.append(_run(cases, OBJECTIVE[:1], index)[0])
             progress((done + 1) / work)
-    found: xr.DataArray = xarray.DataArray(
+    errors: xr.DataArray = xarray.DataArray(
         np.reshape(whole, (len(scenarios), len(controllers), len(labels), noises)),
         dims=("scenario", "controller", "error", "noise"),
         coords={
@@ -357,4 +357,4 @@ def sensor_errors(
         name=OBJECTIVE[0],
         attrs={"units": "1"},
     )
-    return found
+    return errors

@@ -118,26 +118,28 @@ def find_target(
     ValueError
         If there is no such number; the message names the path.
     """
-    found = PATH.fullmatch(path)
-    if found is None:
+    match = PATH.fullmatch(path)
+    if match is None:
         raise ValueError(f"{path!r} is not a path such as {EXAMPLES}")
-    *names, key = found[1].split(".")
+    *names, key = match[1].split(".")
     where = names.pop(0) if names[0] in ("vehicle", "controllers") else ""
     section = where, ".".join(names)
     keys, table = _section(path, *section, contents)
-    quantities = {name: one.quantity for name, one in keys.items() if one.quantity}
+    quantities = {
+        name: parameter.quantity for name, parameter in keys.items() if parameter.quantity
+    }
     if key not in quantities:
         raise _unknown(path, key, quantities)
     quantity, places, base = quantities[key], None, None
     if keys[key].many:
-        places, base = _of_list(path, found[2], table.get(key), quantity)
-        if found[2] is None and not factor:
+        places, base = _of_list(path, match[2], table.get(key), quantity)
+        if match[2] is None and not factor:
             raise ValueError(
                 f"{path} is a list of {len(base)}: name one entry, from {path}[0] on, or use "
                 "factor_on for all of them"
             )
-    elif found[2] is not None:
-        raise ValueError(f"{path}: {found[1]} is a number, not a list")
+    elif match[2] is not None:
+        raise ValueError(f"{path}: {match[1]} is a number, not a list")
     elif key in table:
         base = (number(path, table[key], quantity),)
     if where == "controllers" and controllers is not None:
@@ -268,16 +270,16 @@ def read_axis(
     make = one_by_one if "values" in table else spaced
     # The values are held against the limits of the targets by `Axis.check`.
     unit = "1" if factor else targets[0].quantity.unit
-    keys = {key: _in_unit(one, unit) for key, one in declared(make).items()}
-    found = read_section("", keys, table, common)
-    spread = make(**{keys[key].name: value for key, value in found.items()})
+    keys = {key: _in_unit(parameter, unit) for key, parameter in declared(make).items()}
+    settings = read_section("", keys, table, common)
+    spread = make(**{keys[key].name: value for key, value in settings.items()})
     return Axis(name, label, targets, factor, spread)
 
 
-def _in_unit(one: Parameter, unit: str) -> Parameter:
-    if one.quantity is None or one.quantity.whole:
-        return one
-    return replace(one, quantity=replace(one.quantity, unit=unit))
+def _in_unit(parameter: Parameter, unit: str) -> Parameter:
+    if parameter.quantity is None or parameter.quantity.whole:
+        return parameter
+    return replace(parameter, quantity=replace(parameter.quantity, unit=unit))
 
 
 def read_axes(

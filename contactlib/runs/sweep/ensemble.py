@@ -88,10 +88,12 @@ def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
         shape = (*((len(plan.controllers),) if driven else ()), *sweep.shape)
         of_all = ("controller", *dims) if driven else dims
         data[name] = (of_all, results[rows].reshape(shape), attributes[name])
-    found: Dataset = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
-    found[FAILED] = found[FAILED].astype(np.int8)
-    warn_of_damaged_runs(found, sweep.simulated_time / (sweep.runs * max(1, len(plan.controllers))))
-    return found
+    dataset: Dataset = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
+    dataset[FAILED] = dataset[FAILED].astype(np.int8)
+    warn_of_damaged_runs(
+        dataset, sweep.simulated_time / (sweep.runs * max(1, len(plan.controllers)))
+    )
+    return dataset
 
 
 def _described(name: str, metric: Metric) -> dict[str, str]:
@@ -192,8 +194,8 @@ def read_dataset(path: Path) -> Dataset:
     xarray = optional_library("xarray")
     try:
         with xarray.open_dataset(path, engine="scipy") as dataset:
-            found: Dataset = dataset.load()
-            return found
+            loaded: Dataset = dataset.load()
+            return loaded
     except (TypeError, ValueError, EOFError, LookupError, MemoryError):  # what scipy raises
         raise ValueError(f"{path} is not a complete NetCDF file: {OTHERWISE}") from None
 

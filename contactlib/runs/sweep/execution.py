@@ -99,10 +99,10 @@ def _unpacked(plan: Plan | bytes) -> Plan:
     if isinstance(plan, Plan):
         return plan
     try:
-        found: Plan = pickle.loads(plan)  # noqa: S301 - of the process that sent the chunk
+        unpacked: Plan = pickle.loads(plan)  # noqa: S301 - of the process that sent the chunk
     except (ImportError, AttributeError) as error:
         raise UnloadableError(str(error)) from None
-    return found
+    return unpacked
 
 
 def run_chunk(
@@ -144,8 +144,8 @@ def run_chunk(
             raise StoppedError
 
     builder, n, rows = ScenarioBuilder(plan), len(values), plan.rows
-    found = np.full((rows[FAILED].stop, n), np.nan)
-    failed = found[rows[FAILED]]
+    results = np.full((rows[FAILED].stop, n), np.nan)
+    failed = results[rows[FAILED]]
     failed[:] = 0.0
     scenarios: list[Scenario | None] = []
     for i, row in enumerate(values):
@@ -157,7 +157,7 @@ def run_chunk(
             failed[:, i] = 1.0
             continue
         for name, value in analyse(scenario, plan.outcomes).items():
-            found[rows[name], i] = value
+            results[rows[name], i] = value
     valid = [scenario for scenario in scenarios if scenario is not None]
     # Any valid scenario fills the place of an invalid one.
     filled = [valid[0] if scenario is None else scenario for scenario in scenarios if valid]
@@ -174,8 +174,8 @@ def run_chunk(
         )
         failed[j] = np.maximum(failed[j], by_name.pop(FAILED))
         for name, column in by_name.items():
-            found[rows[name]][j] = np.where(failed[j], np.nan, column)
-    return found
+            results[rows[name]][j] = np.where(failed[j], np.nan, column)
+    return results
 
 
 _asked_to_stop: Event | None = None  # in a worker process
@@ -405,7 +405,7 @@ def _remedy(plan: Plan, error: str) -> str:
     """Sentence about a controller or metric that a worker cannot load."""
     own = {**plan.controllers, **plan.metrics}.values()
     interactive = not getattr(sys.modules["__main__"], "__file__", None)
-    if interactive and any(getattr(one, "__module__", "") == "__main__" for one in own):
+    if interactive and any(getattr(member, "__module__", "") == "__main__" for member in own):
         why = "cannot import what a notebook defines"
         return f"a worker {why}; {KEPT}, with controllers and metrics in a module"
     return (

@@ -148,7 +148,7 @@ def _build_sweep(
         raise ValueError(
             f"is a {what}; a sweep names a scenario and the axes along which it varies"
         )
-    found: Any = None
+    scenario_contents: Any = None
     with Mistakes(data) as mistakes:
         of = mistakes.of
         of(check_keys, "", data, [*KEYS, "axes", "sampling"], NEEDED)
@@ -158,12 +158,12 @@ def _build_sweep(
         sampling = of(_sampling, data.get("sampling", {})) or {}
         grid = sampling.get("kind", "grid") == "grid"
         if given.get("scenario") is not None:
-            found = of(_read_scenario, given["scenario"], file.parent)
-        if found and outcomes:
-            chosen = of(_controllers, given.get("controllers"), found[1], outcomes)
-        if found and "axes" in data:
-            of(partial(read_axes, grid=grid), data["axes"], found[0], None)
-    contents = found[0]
+            scenario_contents = of(_read_scenario, given["scenario"], file.parent)
+        if scenario_contents and outcomes:
+            chosen = of(_controllers, given.get("controllers"), scenario_contents[1], outcomes)
+        if scenario_contents and "axes" in data:
+            of(partial(read_axes, grid=grid), data["axes"], scenario_contents[0], None)
+    contents = scenario_contents[0]
     with Mistakes(data) as mistakes:
         with in_file(f"scenario {data['scenario']}"):
             wheelset = contents.build_vehicle(None, progress)
@@ -210,8 +210,8 @@ def with_own(
     plan, axes = sweep.plan, sweep.plan.axes
     taken = {*SWEEP_OUTCOMES, "controller", "run", FAILED, *(axis.name for axis in axes)}
     checked_metrics(metrics, taken)
-    for name, found in controllers.items():
-        checked_controller(f"controllers[{name!r}]", found)
+    for name, controller in controllers.items():
+        checked_controller(f"controllers[{name!r}]", controller)
         varied = [
             t.path for axis in axes for t in axis.targets if t.section == ("controllers", name)
         ]
@@ -263,11 +263,11 @@ def _check_ends(sweep: Sweep) -> None:
                 for name in sweep.plan.controllers:
                     sample_time = scenario.controller(name).sample_time
                     timing(scenario, sample_time, sweep.plan.step_of(scenario))
-    found = [w.message for w in caught if isinstance(w.message, RangeWarning)]
-    if found:
+    messages = [w.message for w in caught if isinstance(w.message, RangeWarning)]
+    if messages:
         warnings.warn(
-            f"{len(found)} of {len(ends)} runs at the ends of the axes: {found[0]}",
-            type(found[0]),
+            f"{len(messages)} of {len(ends)} runs at the ends of the axes: {messages[0]}",
+            type(messages[0]),
             stacklevel=4,
         )
 
@@ -291,5 +291,5 @@ def _controllers(
                 "no controller runs, as all outcomes come from the analysis of the wheelset"
             )
         return {}
-    sampled = {name: one for name, one in designs.items() if one.kind in CONTROLLERS}
+    sampled = {name: design for name, design in designs.items() if design.kind in CONTROLLERS}
     return {name: sampled[name] for name in _names("controllers", names or (), sampled) or sampled}

@@ -126,12 +126,12 @@ class Plan:
 
         Outcomes of the analysis, for which none runs, have one.
         """
-        found: dict[str, slice] = {}
+        slices: dict[str, slice] = {}
         end = 0
         for name in (*self.outcomes, *self.metrics, FAILED):
             count = 1 if name in ANALYSES else max(1, len(self.controllers))
-            found[name] = slice(end, end := end + count)
-        return found
+            slices[name] = slice(end, end := end + count)
+        return slices
 
     def digest(self, values: FloatArray) -> str:
         """Digest of each part on which results depend, as JSON; `values` are those of all runs."""
@@ -139,13 +139,13 @@ class Plan:
             "scenario": self.contents.data,
             "vehicle": self.contents.vehicle,
             "values": hashlib.sha256(np.ascontiguousarray(values).data).digest(),
-            **{f"axis {one.name}": (one.factor, one.targets, one.spread) for one in self.axes},
+            **{f"axis {axis.name}": (axis.factor, axis.targets, axis.spread) for axis in self.axes},
             "controllers": list(self.controllers),
             "tables": sorted(self.tables.items()),
             **{name: getattr(self, name) for name in ("outcomes", "noise", "step", "tolerance")},
             **{
-                f"controller {name}": self._identity(found)
-                for name, found in self.controllers.items()
+                f"controller {name}": self._identity(controller)
+                for name, controller in self.controllers.items()
             },
             **{f"metric {name}": self._identity(metric) for name, metric in self.metrics.items()},
         }
@@ -154,20 +154,20 @@ class Plan:
         }
         return json.dumps({"contactlib": self.made_with, **digests})
 
-    def _identity(self, one: Controller | ControllerDesign | Metric) -> object:
+    def _identity(self, user_object: Controller | ControllerDesign | Metric) -> object:
         """Identity of a controller or a metric: the key for the user's own.
 
         Without a key, its numbers and the text of the file that defines it; what has none, such as
         a function of a notebook, is never the same.
         """
-        if type(one).__module__.startswith("contactlib."):
-            return repr(one)
+        if type(user_object).__module__.startswith("contactlib."):
+            return repr(user_object)
         if self.key is not None:
             return self.key
         try:
-            own: Any = one.func if isinstance(one, partial) else one
+            own: Any = user_object.func if isinstance(user_object, partial) else user_object
             defined = own if inspect.isfunction(own) else type(own)
-            return pickle.dumps(one), Path(inspect.getfile(defined)).read_bytes()
+            return pickle.dumps(user_object), Path(inspect.getfile(defined)).read_bytes()
         except Exception:  # pickle raises anything
             return secrets.token_hex()
 
@@ -191,12 +191,12 @@ class ScenarioBuilder:
         ValueError
             If the values do not give a valid scenario.
         """
-        found, key = self._contents(row), self.table_key(row)
+        contents, key = self._contents(row), self.table_key(row)
         if key not in self._tables:
             self._tables[key] = CreepForceTable(self._plan.tables[key])
-        wheelset = self._cache("vehicle", self._wheelset, found["vehicle"], self._tables[key])
-        controllers = found["controllers"] or PLACEHOLDER
-        return build_scenario(found[""], wheelset, controllers, self._cache)
+        wheelset = self._cache("vehicle", self._wheelset, contents["vehicle"], self._tables[key])
+        controllers = contents["controllers"] or PLACEHOLDER
+        return build_scenario(contents[""], wheelset, controllers, self._cache)
 
     def build_table(
         self, row: Sequence[float], progress: Callable[[float], object]
@@ -222,13 +222,13 @@ class ScenarioBuilder:
         """Contents of scenario and vehicle, and controllers, of a run: as a target's section."""
         plan = self._plan
         contents = plan.contents
-        found = {"": contents.data, "vehicle": contents.vehicle, "controllers": plan.controllers}
+        changed = {"": contents.data, "vehicle": contents.vehicle, "controllers": plan.controllers}
         for section, changes in self._changed.items():
             where, name = section
             values = [row[i] for i, _ in changes]
-            made = self._cache(section, self._section, section, found[where].get(name), *values)
-            found[where] = {**found[where], name: made}
-        return found
+            made = self._cache(section, self._section, section, changed[where].get(name), *values)
+            changed[where] = {**changed[where], name: made}
+        return changed
 
     def _section(self, section: tuple[str, str], known: Any, *values: float) -> Any:
         """Section of a file, or controller, with the values of its axes."""
@@ -241,10 +241,10 @@ class ScenarioBuilder:
         return dataclasses.replace(known, **table) if of_controller else table
 
 
-def _same(one: object, other: object) -> bool:
+def _same(left: object, right: object) -> bool:
     """Whether these are one object, or equal parameters."""
-    comparable = type(one) is type(other) and isinstance(one, Parameters | ControllerDesign)
-    return one is other or (comparable and one == other)
+    comparable = type(left) is type(right) and isinstance(left, Parameters | ControllerDesign)
+    return left is right or (comparable and left == right)
 
 
 @dataclass(frozen=True)
@@ -284,9 +284,12 @@ class Sweep:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        for name, found in self.scenario.controllers.items():
+        for name, controller in self.scenario.controllers.items():
             planned: object = (self.plan.controllers or PLACEHOLDER).get(name)
-            if not any(_same(planned, one) for one in (found, self.scenario.controller(name))):
+            if not any(
+                _same(planned, expected)
+                for expected in (controller, self.scenario.controller(name))
+            ):
                 raise ValueError(
                     f"scenario: the sweep's plan does not run this controllers.{name}: pass it to "
                     f"ensemble(sweep, controllers={{{name!r}: ...}}) instead"

@@ -46,18 +46,18 @@ class Spread:
             places = stats.randint(0, len(self.numbers)).ppf(inside).astype(np.intp)
             return np.array(self.numbers, dtype=np.float64)[places]
         *shape, start, end = self.numbers
-        found: Any
+        distribution: Any
         if self.kind == "normal":
             mean, deviation = shape
             ends = (start - mean) / deviation, (end - mean) / deviation
-            found = stats.truncnorm(*ends, mean, deviation)
+            distribution = stats.truncnorm(*ends, mean, deviation)
         elif self.kind == "log_uniform":
-            found = stats.loguniform(start, end)
+            distribution = stats.loguniform(start, end)
         elif self.kind == "whole":
-            found = stats.randint(start, end + 1.0)
+            distribution = stats.randint(start, end + 1.0)
         else:
-            found = stats.uniform(start, end - start)
-        return np.asarray(np.clip(found.ppf(inside), start, end))  # against rounding
+            distribution = stats.uniform(start, end - start)
+        return np.asarray(np.clip(distribution.ppf(inside), start, end))  # against rounding
 
 
 @checks_call

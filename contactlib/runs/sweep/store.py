@@ -77,9 +77,9 @@ class ChunkStore:
             write_whole(path, data)
 
 
-def another_plan(what: str, found: object, here: str) -> ValueError:
+def another_plan(what: str, there: object, here: str) -> ValueError:
     """Error for results of another plan, whose digest is `found`; `here` is the present one's."""
-    known, mine = _parsed(found), _parsed(here)
+    known, mine = _parsed(there), _parsed(here)
     if (made := known.get("contactlib", "another contactlib")) != mine.get("contactlib"):
         why = f"made with {made}, this is {mine.get('contactlib')}"
     else:
