@@ -38,9 +38,9 @@ def sensor_errors(errors: xr.DataArray) -> Figure:
         colours = [paint.grey, paint.orange, paint.blue, paint.green]
         for axes, scenario in zip(grid[0], scenarios, strict=True):
             for i, name in enumerate(names):
-                one = errors.sel(scenario=scenario, controller=name)
-                mean = one.mean("noise").values
-                ends = np.stack([mean - one.min("noise").values, one.max("noise").values - mean])
+                case = errors.sel(scenario=scenario, controller=name)
+                mean = case.mean("noise").values
+                ends = np.stack([mean - case.min("noise").values, case.max("noise").values - mean])
                 ends = np.maximum(ends, 0.0)  # rounding
                 place = np.arange(len(labels)) + 0.7 * ((i + 0.5) / count - 0.5)
                 look: dict[str, Any] = {

@@ -279,8 +279,8 @@ def _vibrates(values: FloatArray, edges: NDArray[np.int_]) -> NDArray[np.bool_]:
     widths, ways = np.array([(np.ptp(part), np.abs(np.diff(part)).sum()) for part in parts]).T
     usual = float(np.ptp(np.quantile(values, [0.01, 0.99])))  # without single peaks
     swings = np.divide(ways, widths, out=np.zeros_like(ways), where=widths > 0.0)
-    found = (swings > SWINGS) & (widths > 0.15 * usual)
-    return found if found.mean() > MANY else none
+    vibrates = (swings > SWINGS) & (widths > 0.15 * usual)
+    return vibrates if vibrates.mean() > MANY else none
 
 
 def _force(axes: Axes, run: _Drawn) -> None:
@@ -361,18 +361,18 @@ def _factors(results: Sequence[Result]) -> list[tuple[str, dict[str, Any], list[
         for name in ("friction_scale_left", "friction_scale_right", "slope_scale")
     )
     solid: dict[str, Any] = {"color": paint.ink, "ls": "-", "lw": 1.2}
-    found = [("friction factor", solid, left)]
+    factors = [("friction factor", solid, left)]
     if not all(map(np.array_equal, left, right)):
         other = ("friction factor, right wheel", {**solid, "ls": DASHED}, right)
-        found = [("friction factor, left wheel", solid, left), other]
-    if any((one != 1.0).any() for one in slope):
-        found.append(("slope factor", {**solid, "color": paint.green}, slope))
-    return found
+        factors = [("friction factor, left wheel", solid, left), other]
+    if any((values != 1.0).any() for values in slope):
+        factors.append(("slope factor", {**solid, "color": paint.green}, slope))
+    return factors
 
 
 def _friction_varies(results: Sequence[Result]) -> bool:
     """Whether a factor on friction or slope is not 1 in a run."""
-    return any((one != 1.0).any() for _, _, values in _factors(results) for one in values)
+    return any((wheel != 1.0).any() for _, _, values in _factors(results) for wheel in values)
 
 
 def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:

@@ -206,9 +206,9 @@ def page_size(size: str | None) -> Iterator[None]:
 
 
 def _inches(size: str) -> tuple[float, float]:
-    found = re.fullmatch(r"([0-9.]{1,9})x([0-9.]{1,9})", SLIDES.get(size, str(size)))
+    match = re.fullmatch(r"([0-9.]{1,9})x([0-9.]{1,9})", SLIDES.get(size, str(size)))
     try:
-        width, height = (float(side) for side in found.groups()) if found else (0.0, 0.0)
+        width, height = (float(side) for side in match.groups()) if match else (0.0, 0.0)
     except ValueError:
         width = height = 0.0
     if 2.0 <= min(width, height) <= max(width, height) <= 100.0:
@@ -353,7 +353,7 @@ def typeset(figure: Figure, caption: str) -> str:
     if not _captions.get():
         return ""
     lines = wrapped(caption, line_length(figure, 14.5))
-    return re.sub("|".join(SYMBOLS), lambda found: SYMBOLS[found.group()], lines)
+    return re.sub("|".join(SYMBOLS), lambda match: SYMBOLS[match.group()], lines)
 
 
 def add_caption(figure: Figure, caption: str) -> None:

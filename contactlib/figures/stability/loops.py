@@ -175,10 +175,10 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     loop = creep_loop(wheelset, point, proportional_gain=gain, delay=delay)
     with styled():
         figure, (left, right) = new_figure(11.0, 5.4, ncols=2)
-        found = margins(loop)
-        _locus(left, loop, gain, plant.pole, found)
+        robustness = margins(loop)
+        _locus(left, loop, gain, plant.pole, robustness)
         curve = control.nyquist_response(loop, np.append(0.0, frequencies(loop)))
-        _nyquist(right, curve.response, found, complex(loop(0.0)).real)
+        _nyquist(right, curve.response, robustness, complex(loop(0.0)).real)
         add_caption(
             figure,
             f"Proportional creep control of {100.0 * worst.creepage:.3g} %, the steepest point of "
@@ -186,7 +186,8 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
             f"{1e3 * delay:.3g} ms ($p\\tau$ {DELAY_RATIO:g}, Pade approximant of order 6), gain "
             f"{1e-3 * gain:.3g} kN m. Unstable poles: {(loop.poles().real > 0.0).sum()}, "
             f"encirclements of -1, counter-clockwise: {-curve.count}; phase margin "
-            f"{math.degrees(found.phase):.0f} deg, delay margin {1e3 * found.delay:.2g} ms. "
+            f"{math.degrees(robustness.phase):.0f} deg, delay margin "
+            f"{1e3 * robustness.delay:.2g} ms. "
             f"{'' if given.speed_held else 'Constant vehicle speed. '}"
             f"{setting(given, speed)}",
         )
@@ -204,7 +205,7 @@ def gains_around_breaks(loop: StateSpace) -> FloatArray:
     return np.unique(np.concatenate([GAINS, *extra]))
 
 
-def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margins) -> None:
+def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, robustness: Margins) -> None:
     control = optional_library("control")
 
     gains = gains_around_breaks(loop)
@@ -212,7 +213,7 @@ def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margin
     left, right, top = -8.0 * pole, 5.0 * pole, 8.0 * pole
     axes.axvspan(0.0, right, color=paint.shade, lw=0.0, zorder=0)
     axes.axvline(0.0, color=paint.ink, lw=0.9)
-    stable = (gains > found.gain_lower) & (gains < found.gain_upper)
+    stable = (gains > robustness.gain_lower) & (gains < robustness.gain_upper)
     labels = ("gains that hold", "gains that do not")
     for i, branch in enumerate(loci.T):
         shown = (branch.real > 1.3 * left) & (np.abs(branch.imag) < 1.3 * top)
@@ -223,7 +224,7 @@ def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margin
     for root in loci[int(np.abs(gains - 1.0).argmin())]:
         if root.real > left and abs(root.imag) < top:
             axes.plot([root.real], [root.imag], "o", color=paint.ink, ms=6, zorder=5)
-    for critical in (found.gain_lower, found.gain_upper):
+    for critical in (robustness.gain_lower, robustness.gain_upper):
         at_critical = control.feedback(critical * loop, 1.0).poles()
         root = min(at_critical[at_critical.imag >= 0.0], key=lambda pole: abs(pole.real))
         axes.plot([0.0], [root.imag], "o", color=paint.ink, mfc=paint.paper, ms=7, zorder=5)
@@ -235,23 +236,25 @@ def _locus(axes: Axes, loop: StateSpace, gain: float, pole: float, found: Margin
     labelled(axes, "real part  [1/s]", "imaginary part  [1/s]", title, **limits)
 
 
-def _nyquist(axes: Axes, response: NDArray[np.complex128], found: Margins, start: float) -> None:
+def _nyquist(
+    axes: Axes, response: NDArray[np.complex128], robustness: Margins, start: float
+) -> None:
     reach = 1.25 * max(1.0, abs(start))
     axes.plot(response.real, response.imag, color=paint.blue, label="loop, rising frequency")
     axes.plot(response.real, -response.imag, color=paint.blue, lw=0.9)
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color=paint.grey, lw=0.9, ls=":", label="unit circle")
-    distance = 1.0 / found.sensitivity_peak
+    distance = 1.0 / robustness.sensitivity_peak
     circle: dict[str, Any] = {"color": paint.orange, "lw": 1.1, "ls": "--"}
     name = f"distance to -1: $1/M_s$ = {distance:.2f}"
     axes.plot(distance * np.cos(angle) - 1.0, distance * np.sin(angle), label=name, **circle)
     _direction(axes, response)
     axes.plot([-1.0], [0.0], "+", color=paint.ink, ms=11, mew=2.0, zorder=5)
-    upper = 1.0 / found.gain_upper if math.isfinite(found.gain_upper) else 0.0
+    upper = 1.0 / robustness.gain_upper if math.isfinite(robustness.gain_upper) else 0.0
     line: dict[str, Any] = {"arrowstyle": "-", "color": paint.ink, "lw": 0.8}
-    fall = f"the gain may fall to\n{found.gain_lower:.2g} times its value"
-    rise = f"rise to\n{found.gain_upper:.2g} times"
-    for x, text, place in ((-1.0 / found.gain_lower, fall, 1.45), (-upper, rise, -1.45)):
+    fall = f"the gain may fall to\n{robustness.gain_lower:.2g} times its value"
+    rise = f"rise to\n{robustness.gain_upper:.2g} times"
+    for x, text, place in ((-1.0 / robustness.gain_lower, fall, 1.45), (-upper, rise, -1.45)):
         axes.plot([x], [0.0], "o", color=paint.ink, ms=6, zorder=5)
         side, start = ("left", 0.0) if place > 0.0 else ("center", 0.5)
         line["relpos"] = (start, 0.0 if place > 0.0 else 1.0)

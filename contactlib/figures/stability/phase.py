@@ -141,8 +141,8 @@ def _bordered(
     for i, v in enumerate(speeds):
         with suppress(ValueError):  # nothing grips
             edges[i] = separatrix(wheelset, drive_torque=torque, speed=float(v))
-    found = np.isfinite(edges)
-    return speeds[found], edges[found]
+    known = np.isfinite(edges)
+    return speeds[known], edges[known]
 
 
 def _runs(axes: Axes, wheelset: Wheelset, torque: float, speed: float, border: Basin) -> None:

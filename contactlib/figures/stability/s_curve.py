@@ -197,13 +197,13 @@ def _over_speed(axes: Axes, wheelset: Wheelset, slowest: float, fastest: float) 
     def limit(v: float, robust: bool = False) -> float:
         return delay_limit(worst_pole(wheelset, speed=v).pole, robust=robust)
 
-    found = np.array([limit(float(v)) for v in speeds])
+    delays = np.array([limit(float(v)) for v in speeds])
     sound = np.array([limit(float(v), robust=True) for v in speeds])
-    held = ~np.isfinite(found)  # where every creepage is stable at constant torque
-    found[held], sound[held] = np.nan, np.nan
-    low, high = 0.5e3 * float(np.nanmin(sound)), 2.5e3 * float(np.nanmax(found))
-    axes.fill_between(speeds, 1e3 * found, high, color=paint.shade, lw=0.0, zorder=0)
-    axes.plot(speeds, 1e3 * found, color=paint.ink, label=r"$1/p$: no gain holds above")
+    held = ~np.isfinite(delays)  # where every creepage is stable at constant torque
+    delays[held], sound[held] = np.nan, np.nan
+    low, high = 0.5e3 * float(np.nanmin(sound)), 2.5e3 * float(np.nanmax(delays))
+    axes.fill_between(speeds, 1e3 * delays, high, color=paint.shade, lw=0.0, zorder=0)
+    axes.plot(speeds, 1e3 * delays, color=paint.ink, label=r"$1/p$: no gain holds above")
     axes.plot(speeds, 1e3 * sound, color=paint.blue, ls=DASHED, label=r"$0.3/p$: robust below")
     first, last = float(speeds[len(speeds) * 2 // 5]), float(speeds[-1])  # leaves room for the text
     for delay in [d for d in DELAYS if limit(first) < d < limit(last)][:2]:

@@ -159,15 +159,15 @@ def torque_between(wheelset: Wheelset, speed: float, part: float) -> float:
 
 def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction: float) -> float:
     """Critical duration of a patch, by bisection of simulated runs [s]."""
-    found = clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=friction)
-    away = 2.0 * found.border.highest
+    computed = clearing(wheelset, drive_torque=torque, speed=speed, friction_scale=friction)
+    away = 2.0 * computed.border.highest
 
     def comes_back(time: float) -> bool:
         run = simulate(
             wheelset,
             TorqueControl(Profile.of(torque)),
             initial_speed=speed,
-            initial_creepage=found.border.creepage,
+            initial_creepage=computed.border.creepage,
             friction_scale=Profile((0.0, time, time), (friction, friction, 1.0)),
             duration=time + 2.0,
             output_interval=1.0,
@@ -177,7 +177,7 @@ def simulated_clearing(wheelset: Wheelset, speed: float, torque: float, friction
         )
         return run.first("slip_away") is None
 
-    low, high = 0.5 * found.time, 2.0 * found.time
+    low, high = 0.5 * computed.time, 2.0 * computed.time
     if comes_back(high) or not comes_back(low):
         raise RuntimeError(f"simulation and analysis differ by a factor at friction {friction:g}")
     while high > CLOSE * low:

@@ -180,10 +180,10 @@ def _amplitudes(
     centres = np.repeat(steepest * (parts + beyond), len(KICKS))
     kicks = centres * np.tile(KICKS, len(SIMULATED))
     points = [wheelset.balanced(creepage=float(z), speed=speed) for z in centres]
-    found = simulated_amplitudes(drivetrain, points, kicks)
+    amplitudes = simulated_amplitudes(drivetrain, points, kicks)
     line: dict[str, Any] = {"ls": "none", "marker": "o", "color": paint.ink, "mfc": "none", "ms": 7}
-    axes.plot(centres, found, label="simulated", clip_on=False, zorder=6, **line)
-    top = 1.35 * max(largest, float(found.max()))
+    axes.plot(centres, amplitudes, label="simulated", clip_on=False, zorder=6, **line)
+    top = 1.35 * max(largest, float(amplitudes.max()))
     limits: dict[str, Any] = {"xlim": (means[0], means[-1]), "ylim": (0.0, top)}
     title = "Amplitudes that persist"
     labelled(axes, "mean creepage  [%]", AMPLITUDE, title, legend={}, **limits)
@@ -210,8 +210,8 @@ def _means(
         parts.append(brentq(excess, float(means[0]), steepest) + close)
     if both is not None:
         parts += [both[0] + close, both[1] - close]
-    found = np.unique(np.concatenate(parts))
-    return found[found <= far]
+    values = np.unique(np.concatenate(parts))
+    return values[values <= far]
 
 
 def _size(cycles: Any, stable: bool) -> float:
