@@ -12,10 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+import numpy as np
+from exported_fmu import fitting
+from fmu_instance import EXPORTS
+from numpy.typing import ArrayLike
 from outside_tools import missing
 
 import contactlib as cl
 from contactlib import kernel
+from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import c_sources, package_folder
 
 NATIVE = Path(__file__).parent
@@ -136,3 +141,31 @@ class Fmu:
     def location(self) -> str:
         """The resources as the tool names them."""
         return f"{self.resources}/" if self.version == "3" else self.resources.as_uri()
+
+
+WITH_WHEELS = ("force_element", "force_element-memory", "wheelset-memory")
+
+
+def of_wheels(model: cl.Model, folder: Path, name: str) -> Fmu:
+    """An FMU of three wheels that differ in static friction."""
+    options = {**EXPORTS[name], "wheels": 3, "per_wheel": ["static_friction"]}
+    return Fmu(fitting(model, name), folder, **options)
+
+
+class SShaped:
+    """A law of one axis that rises in an S."""
+
+    def traction_ratio(self, normalized_creepage: ArrayLike) -> FloatArray:
+        x = np.asarray(normalized_creepage, dtype=np.float64)
+        u = np.abs(x) / (1.0 + np.abs(x))
+        return np.asarray(np.sign(x) * u * (0.3 + u * (2.1 - 1.4 * u)))
+
+    def slope(self, normalized_creepage: ArrayLike) -> FloatArray:
+        x = np.abs(np.asarray(normalized_creepage, dtype=np.float64))
+        u = x / (1.0 + x)
+        return np.asarray((0.3 + 4.2 * u * (1.0 - u)) / (1.0 + x) ** 2)
+
+
+def table_shapes(cohesive: cl.CreepForceTable) -> list[cl.CreepForceTable]:
+    """Tables of every shape but a line contact's own: one axis, two, and with a corner."""
+    return [cl.CreepForceTable.from_law(SShaped()), cl.carter_griffith_table("elliptic"), cohesive]

@@ -5,23 +5,22 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import line_coverage
 import pytest
 from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from native_programs import (
     INITIALIZED,
-    NATIVE,
-    SANITIZED,
     THREADED,
+    WITH_WHEELS,
     WRAPPED,
     Build,
     Fmu,
-    alone,
     clean,
     compiler,
     flags,
+    of_wheels,
     run,
+    table_shapes,
 )
 
 import contactlib as cl
@@ -61,7 +60,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
 ) -> None:
     fmu = Fmu(rig, tmp_path / "a b")
     program = sanitized.program("test_native")
-    tables = [rig.wheelset.element.table, *line_coverage.shapes(cohesive_table)]
+    tables = [rig.wheelset.element.table, *table_shapes(cohesive_table)]
     for table, points in zip(tables, ("10000", "2000", "2000", "2000"), strict=True):
         table.save(fmu.resources / "creep_table.bin")
         clean([program, points, fmu.location, fmu.token])
@@ -78,11 +77,11 @@ def test_every_function_of_fmi_is_clean_under_sanitizers(
     clean([sanitized.program("test_native"), "20", location, fmu.token, kind])
 
 
-@pytest.mark.parametrize("name", line_coverage.WITH_WHEELS)
+@pytest.mark.parametrize("name", WITH_WHEELS)
 def test_wheels_of_one_fmu_are_clean_under_sanitizers(
     sanitized: Build, locomotive: cl.Model, tmp_path: Path, name: str
 ) -> None:
-    fmu = line_coverage.of_wheels(locomotive, tmp_path / "x", name)
+    fmu = of_wheels(locomotive, tmp_path / "x", name)
     kind = EXPORTS[name]["kind"]
     given = fmu.resources.as_uri(), fmu.token, kind, fmu.resources
     clean([sanitized.program("test_wheels"), *given])
@@ -111,20 +110,3 @@ def test_threads_with_instances_of_their_own_do_not_meet(
     build = Build(tmp_path, THREADED)
     fmu = Fmu(locomotive, tmp_path / "x", kind="wheelset")
     clean([build.program("test_threads"), "4", "5", fmu.location, fmu.token])
-
-
-@pytest.mark.parametrize(
-    ("way", "fault", "found"),
-    [
-        (SANITIZED, "leak", "LeakSanitizer: detected memory leaks"),
-        (INITIALIZED, "uninitialized", "use-of-uninitialized-value"),
-        (THREADED, "race", "data race"),
-    ],
-)
-def test_a_planted_fault_is_found(
-    tmp_path: Path, way: tuple[str, ...], fault: str, found: str
-) -> None:
-    program = alone(NATIVE / "planted.c", tmp_path, *way)
-    clean([program])
-    with pytest.raises(AssertionError, match=found):
-        clean([program, fault])
