@@ -76,7 +76,7 @@ def data_elements() -> str:
 
 
 def page() -> str:
-    """The whole page, if its modules have no mistake of type."""
+    """The whole page, if its modules have no type errors."""
     write_types(FUNCTIONS, declarations()["sections"])
     check_types()
     script, style = bundle()
@@ -91,7 +91,7 @@ def page() -> str:
     for name, part in parts.items():
         before, mark, after = text.partition(f"<!-- {name} -->")
         if not mark:
-            raise SystemExit(f"index.html has no place for the {name}: <!-- {name} -->")
+            raise SystemExit(f"index.html must have a place for the {name}: <!-- {name} -->")
         text = before + part + after
     return text
 
@@ -102,7 +102,7 @@ def is_current(path: Path, data: bytes) -> bool:
 
 
 def main(arguments: list[str]) -> str | None:
-    """Write the page, or compare it; returns what is wrong."""
+    """Write page and kernel, or compare them; returns an error message."""
     checking = arguments == ["--check"]
     if arguments and not checking:
         return __doc__

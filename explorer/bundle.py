@@ -39,10 +39,10 @@ def bundle() -> Bundle:
 
 
 def check_types() -> None:
-    """Let the TypeScript compiler check all modules and print what it finds."""
-    found = node([str(PACKAGES / "typescript" / "bin" / "tsc"), "--noEmit"], cwd=SOURCE)
-    if found != 0:
-        raise SystemExit("the page's modules have mistakes of type")
+    """Let the TypeScript compiler check all modules and print its errors."""
+    status = node([str(PACKAGES / "typescript" / "bin" / "tsc"), "--noEmit"], cwd=SOURCE)
+    if status != 0:
+        raise SystemExit("the page's modules have type errors")
 
 
 def licences() -> dict[str, str]:

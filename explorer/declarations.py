@@ -22,13 +22,13 @@ BOUNDS = ("above", "at_least", "below", "at_most")
 def _keys(section: Keys) -> dict[str, dict[str, Any]]:
     """Of each number: unit, finite bounds, and its default if it has one."""
     keys: dict[str, dict[str, Any]] = {}
-    for name, one in section.items():
-        if one.quantity is not None:
-            bounds = {bound: getattr(one.quantity, bound) for bound in BOUNDS}
-            keys[name] = {"unit": one.quantity.unit}
+    for name, key in section.items():
+        if key.quantity is not None:
+            bounds = {bound: getattr(key.quantity, bound) for bound in BOUNDS}
+            keys[name] = {"unit": key.quantity.unit}
             keys[name] |= {bound: limit for bound, limit in bounds.items() if math.isfinite(limit)}
-            if not one.needed:
-                keys[name]["default"] = one.default
+            if not key.needed:
+                keys[name]["default"] = key.default
     return keys
 
 

@@ -50,7 +50,7 @@ def struct_fields() -> dict[str, list[str]]:
     """Last names of the doubles of each struct, such as ``radius`` of ``body.radius``."""
     kernel.library()
     paths = {name: _doubles("", kernel.ffi.typeof(name)) for name in OF_DOUBLES}
-    return {name: [path.split(".")[-1] for path in found] for name, found in paths.items()}
+    return {name: [path.split(".")[-1] for path in fields] for name, fields in paths.items()}
 
 
 def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]]) -> None:
@@ -68,9 +68,10 @@ def _function(name: str) -> str:
     """A C function as TypeScript calls it: every argument is a number."""
     for path in (SOURCE / "module.c", *c_sources("*.h")):
         text = path.read_text(encoding="ascii")
-        found = re.search(rf"(\w+) \*?{name}\(([^)]*)\)", text)
-        if found:
-            arguments = re.findall(r"(\w+)(?:\[\d*\])?(?=,|$)", found[2].replace("void", ""))
-            result = "void" if found[1] == "void" else "number"
+        declared = re.search(rf"(\w+) \*?{name}\(([^)]*)\)", text)
+        if declared:
+            kind, listed = declared.groups()
+            arguments = re.findall(r"(\w+)(?:\[\d*\])?(?=,|$)", listed.replace("void", ""))
+            result = "void" if kind == "void" else "number"
             return f"  {name}({', '.join(f'{each}: number' for each in arguments)}): {result};"
     raise LookupError(f"no header declares {name}")
