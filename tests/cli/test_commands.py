@@ -37,6 +37,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return folder, done("demo", "--output", folder).output
 
 
+@pytest.mark.slow
 def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
     folder, _ = shown
     names = {path.name for path in folder.iterdir()}
@@ -51,6 +52,7 @@ def test_demo_writes_all_it_promises(shown: tuple[Path, str]) -> None:
     assert cl.CreepForceTable.load(folder / "creep_table.bin").max_error <= 1e-6
 
 
+@pytest.mark.slow
 def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]) -> None:
     folder, output = shown
     summary = json.loads((folder / "summary.json").read_text())

@@ -386,7 +386,13 @@ def test_ellipse_is_the_sum_of_its_strips(
             for k in (0.3, 1.0)
             for x in (0.5, 1.3)
         ),
-        (CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact="elliptic"), 0.8, (60, 10), 1e-7),
+        pytest.param(
+            CohesiveZone(k_hat=0.3, static_to_kinetic=RATIO, contact="elliptic"),
+            0.8,
+            (60, 10),
+            1e-7,
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_energy_of_an_ellipse(law: EITHER, x: float, nodes: tuple[int, int], within: float) -> None:
@@ -453,7 +459,7 @@ def test_smallest_and_largest_creepages(contact: Any) -> None:
     assert np.abs(law.slope([1e14, 1e300])).max() < 1e-20
 
 
-@pytest.mark.parametrize("k_hat", [1e-5, 1e-3])
+@pytest.mark.parametrize("k_hat", [pytest.param(1e-5, marks=pytest.mark.slow), 1e-3])
 def test_friction_with_a_long_tail_in_a_short_zone(k_hat: float) -> None:
     weakening = Friction.from_function(cubic).weakening
     law = CohesiveZone(k_hat=k_hat, static_to_kinetic=RATIO, weakening=weakening)
@@ -462,6 +468,7 @@ def test_friction_with_a_long_tail_in_a_short_zone(k_hat: float) -> None:
     np.testing.assert_allclose(law.traction_ratio(x), limit.traction_ratio(x), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_sampled_friction_gives_the_force_that_more_nodes_give() -> None:
     law = CohesiveZone(k_hat=0.02, static_to_kinetic=RATIO, weakening=SAMPLES.weakening)
     stick, edge = np.array([1.5, 0.7, 0.1, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.1, 2.0])

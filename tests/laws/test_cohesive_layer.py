@@ -43,7 +43,13 @@ def test_another_program_gives_the_same() -> None:
         assert state.ratio == pytest.approx(row["q"], abs=2e-7)
 
 
-@pytest.mark.parametrize(("k_hat", "lam"), [(0.3, 0.03), (0.3, 1.0), (0.15, 10.0)])
+@pytest.mark.parametrize(
+    ("k_hat", "lam"),
+    [
+        (0.3, 0.03),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.3, 1.0), (0.15, 10.0))),
+    ],
+)
 def test_the_curve_passes_through_its_states(k_hat: float, lam: float) -> None:
     law = with_layer(k_hat, lam)
     for at in (-1.7, -0.3, 0.2, 0.9, 2.6):

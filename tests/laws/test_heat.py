@@ -330,7 +330,10 @@ def test_closed_form_with_weakening_over_microns(shape: str, k_hat: float, numbe
     np.testing.assert_allclose(closed(x, number, shape, k_hat), exact, atol=0.004)
 
 
-@pytest.mark.parametrize("speed", [1.0, 10.0, 80.0])
+@pytest.mark.parametrize(
+    "speed",
+    [pytest.param(1.0, marks=pytest.mark.slow), 10.0, pytest.param(80.0, marks=pytest.mark.slow)],
+)
 def test_closed_form_of_the_guide_s_example(speed: float) -> None:
     contact, zeta = example(), np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0])
     solved = local_traction_coefficient(contact, zeta, speed)

@@ -103,7 +103,7 @@ class Share:
 def test_a_controller_of_your_own_is_searched_as_it_declares(
     patch: cl.Scenario, control: Any, name: str
 ) -> None:
-    short = replace(patch, duration=3.0, controllers={"mine": control})
+    short = replace(patch, duration=2.0, controllers={"mine": control})
     other = replace(short, initial_speed=8.0)
     found = cl.tune([short, other], "mine", trials=60)
     low, high = control.search_ranges[name]

@@ -20,7 +20,7 @@ RNG = np.random.default_rng(5)
 
 @pytest.mark.filterwarnings("ignore::contactlib.element.ProcessZoneWarning")
 def test_the_search_finds_every_turn_of_a_dense_grid(locomotive: cl.Model) -> None:
-    for _ in range(40):
+    for _ in range(15):
         body = random_wheelset(locomotive.wheelset, RNG)
         curve = CreepCurve(body, speed=RNG.uniform(0.5, 50.0))
         scale = curve.wheelset.element.saturation_creepage

@@ -168,8 +168,14 @@ def remembering(body: cl.Wheelset, variant: str) -> cl.Wheelset:
     return dataclasses.replace(body, element=dataclasses.replace(body.element, memory=memory))
 
 
-@pytest.mark.parametrize("held_speed", [False, True])
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(
+    ("variant", "held_speed"),
+    [
+        pytest.param(variant, held, marks=[pytest.mark.slow] if (i + held) % 2 else [])
+        for i, variant in enumerate(VARIANTS)
+        for held in (False, True)
+    ],
+)
 def test_steps_are_the_equations_of_motion(
     rig: cl.Model, locomotive: cl.Model, variant: str, held_speed: bool
 ) -> None:

@@ -85,7 +85,7 @@ def test_a_loop_is_stable_from_the_gain_of_creep_control(
     assert growth[0] > growth[1] > 0.0 > growth[2]
 
 
-@pytest.mark.parametrize("name", ["rig", "locomotive"])
+@pytest.mark.parametrize("name", ["rig", pytest.param("locomotive", marks=pytest.mark.slow)])
 def test_nyquist_counts_on_both_sides_of_every_bound(
     name: str, request: pytest.FixtureRequest
 ) -> None:
