@@ -10,14 +10,12 @@ import shutil
 import subprocess
 import sys
 import time
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
 from exported_fmu import exported
-from fmu_instance import Instance
 from outside_tools import missing
 from sweep_files import write_sweep
 
@@ -231,24 +229,6 @@ def test_a_table_of_another_version_names_it(
         f"{path}: the file has a{'n' * (word == 'older')} {word} format version: {version}, "
         f"this contactlib reads {kernel.TABLE_VERSION}"
     )
-
-
-@pytest.mark.parametrize("name", ["start_values.bin", "creep_table.bin"])
-@pytest.mark.parametrize(("change", "word"), [(-1, "older"), (1, "newer")])
-def test_an_fmu_names_the_resource_of_another_version(
-    tmp_path: Path, unpacked: Path, name: str, change: int, word: str
-) -> None:
-    shutil.copytree(unpacked, tmp_path / "fmu")
-    file = tmp_path / "fmu" / "resources" / name
-    data = bytearray(file.read_bytes())
-    data[8] += change
-    assert zlib.crc32(data[16:]) == int.from_bytes(data[12:16], "little")
-    file.write_bytes(data)
-    log: list[tuple[str, str]] = []
-    with pytest.raises(Exception, match="instantiate"):
-        Instance(tmp_path / "fmu", log=log)
-    article = "an" if word == "older" else "a"
-    assert log[-1][1] == f"resource {name}: the file has {article} {word} format version"
 
 
 @pytest.mark.parametrize("what", ["chunks", "nc"])

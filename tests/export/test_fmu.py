@@ -549,31 +549,6 @@ def test_axes_are_zero_only_without_load(
 
 
 @pytest.mark.parametrize(
-    "file", ["creep_table.bin", "lateral_spin_contact.bin", "start_values.bin"]
-)
-@pytest.mark.parametrize(
-    ("damage", "message"), [("missing", "cannot open"), ("cut", "length"), ("flipped", "checksum")]
-)
-def test_broken_resources_are_a_clear_message(
-    unpacked: Path, tmp_path: Path, file: str, damage: str, message: str
-) -> None:
-    folder = tmp_path / "broken"
-    shutil.copytree(unpacked, folder)
-    target = folder / "resources" / file
-    data = bytearray(target.read_bytes())
-    if damage == "missing":
-        target.unlink()
-    else:
-        data[-1] ^= 1
-        target.write_bytes(data[:-1] if damage == "cut" else data)
-    log: list[tuple[str, str]] = []
-    with pytest.raises(Exception, match="instantiate"):
-        Instance(folder, log=log, logging=False)
-    assert log[-1][1].startswith(f"resource {file}: ")
-    assert message in log[-1][1]
-
-
-@pytest.mark.parametrize(
     ("spelling", "works"),
     [
         (lambda p: p.as_uri(), True),

@@ -1,10 +1,11 @@
-"""Files of an FMU whose checksum is right, and which hold what no tool can have written."""
+"""Resources and saved states that no export wrote: damaged, of another version, or impossible."""
 
 from __future__ import annotations
 
 import shutil
 import struct
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from fmu_instance import Instance
 import contactlib as cl
 
 FRAME = 24  # bytes before what a file holds
+Damage = Callable[[bytes], bytes | None]
 
 
 def sealed(data: bytes, at: int, layout: str, value: float) -> bytes:
@@ -31,17 +33,47 @@ def folder(
     return exported(rig, tmp_path_factory.mktemp("sealed"), "wheelset", request.param)
 
 
-@pytest.mark.parametrize("value", [float("nan"), -1e300])
-def test_start_values_that_no_export_wrote_are_refused(
-    folder: Path, tmp_path: Path, value: float
+def with_number(value: float) -> Damage:
+    """The first number after that of the wheels is replaced."""
+    return lambda data: sealed(data, FRAME + 16, "<d", value)
+
+
+def of_version(change: int) -> Damage:
+    return lambda data: data[:8] + bytes([data[8] + change]) + data[9:]
+
+
+DAMAGES: list[tuple[str, Damage, str]] = [
+    *(
+        (file, damage, message)
+        for file in ("creep_table.bin", "lateral_spin_contact.bin", "start_values.bin")
+        for damage, message in (
+            (lambda data: None, "cannot open"),
+            (lambda data: data[:-1], "length"),
+            (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "checksum"),
+            (of_version(-1), "the file has an older format version"),
+            (of_version(1), "the file has a newer format version"),
+        )
+    ),
+    ("start_values.bin", with_number(float("nan")), "the file holds a value out of range"),
+    ("start_values.bin", with_number(-1e300), "the file holds a value out of range"),
+]
+
+
+@pytest.mark.parametrize(("file", "damage", "message"), DAMAGES)
+def test_a_bad_resource_is_a_clear_message(
+    folder: Path, tmp_path: Path, file: str, damage: Damage, message: str
 ) -> None:
     shutil.copytree(folder, tmp_path / "sent")
-    path = tmp_path / "sent" / "resources" / "start_values.bin"
-    path.write_bytes(sealed(path.read_bytes(), FRAME + 16, "<d", value))
+    path = tmp_path / "sent" / "resources" / file
+    data = damage(path.read_bytes())
+    path.unlink()
+    if data is not None:
+        path.write_bytes(data)
     log: list[tuple[str, str]] = []
     with pytest.raises(Exception, match="instantiate"):
-        Instance(tmp_path / "sent", log=log)
-    assert log[-1][1] == "resource start_values.bin: the file holds a value out of range"
+        Instance(tmp_path / "sent", log=log, logging=False)
+    assert log[-1][1].startswith(f"resource {file}: ")
+    assert message in log[-1][1]
 
 
 def test_saved_state_that_no_instance_wrote_is_refused(folder: Path) -> None:

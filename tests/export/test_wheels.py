@@ -1,4 +1,4 @@
-"""Several wheels in one FMU, against as many FMUs of one wheel."""
+"""Several wheels in one FMU, against as many FMUs of one wheel; for messages see test_wheels.c."""
 
 from __future__ import annotations
 
@@ -184,8 +184,13 @@ def test_wheels_of_other_radii_begin_without_slip(
     assert together.tool.log == []
 
 
-def test_description_is_valid_and_names_each_wheel(pair: tuple[Path, Path]) -> None:
-    folder, _ = pair
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", ["wheelset-memory", "creep_forces"])
+def test_description_is_valid_and_names_each_wheel(
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int
+) -> None:
+    options: dict[str, Any] = {"wheels": WHEELS, "per_wheel": ["static_friction"]}
+    folder = exported(locomotive, tmp_path, name, version, **options)
     assert validate_fmu(str(folder)) == []
     description = fmpy.read_model_description(str(folder))
     variables = {v.name: v for v in description.modelVariables}
@@ -200,27 +205,7 @@ def test_description_is_valid_and_names_each_wheel(pair: tuple[Path, Path]) -> N
     assert all(int(variables[name].dimensions[0].start) == WHEELS for name in arrays)
 
 
-def test_messages_name_the_wheel(pair: tuple[Path, Path]) -> None:
-    together = Wheels(Instance(pair[0]).start(), WHEELS)
-    tool, values = together.tool, [1.0] * WHEELS
-    values[2] = 2e3
-    with tool.refused("friction_scale[3] = 2000 is out of range", status=2):
-        together.set(friction_scale=values)
-    values = list(FRICTION)
-    values[4] = 0.1
-    together.set(static_friction=values)
-    with tool.refused("wheel 5: static_friction = 0.1"):
-        together.get("utilisation" if "utilisation" in together.outputs else "k_hat")
-    if together.version == 3:
-        with tool.refused("nValues = 1 must be the number of the variables' values, 8"):
-            tool.fmu.getFloat64(together.references("friction_scale"))
-    else:
-        last, common = (tool.references[n] for n in ("friction_scale[8]", "kinetic_friction"))
-        for reference in (last + 128, common + 128):
-            with tool.refused(f"value reference {reference} is not a real variable"):
-                tool.fmu.getReal([reference])
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_runs_eight_wheelsets(locomotive: cl.Model, tmp_path: Path, version: int) -> None:
     options: dict[str, Any] = {"kind": "wheelset", "fmi_version": version}

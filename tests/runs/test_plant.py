@@ -16,7 +16,7 @@ from plain_scenario import plain_scenario, wet_patch
 
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
-from contactlib.traction import Measurement, OpenLoop, SlopeSeeking, stacked
+from contactlib.traction import OpenLoop, stacked
 from contactlib.vehicle import CreepCurve, Drivetrain, Motor, WheelLoad
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
@@ -242,37 +242,6 @@ def test_the_drive_does_not_depend_on_the_rows() -> None:
     np.testing.assert_allclose(
         fine["commanded_torque"][::4], coarse["commanded_torque"], rtol=1e-5, atol=0.1
     )
-
-
-def test_a_loop_around_the_plant_is_the_run_of_the_scenario() -> None:
-    scenario = wet_patch(duration=6.0)
-    control = scenario.controller("slope_seeking")
-    assert isinstance(control, SlopeSeeking)
-    expected = cl.run_scenario(scenario, "slope_seeking", index=3)
-    plant = cl.Plant(scenario, sample_time=control.sample_time)
-    for _ in range(2):  # a reset forgets the first loop
-        measured = plant.reset(3)
-        memory = control.start(Measurement(*map(np.array, measured)), measured.torque)
-        while plant.time < scenario.duration - 1e-9:
-            i = int(np.searchsorted(expected.time, plant.time - 1e-9))
-            for name in ("creepage", "speed", "creep_force", "friction_scale_left", "creep_work"):
-                assert plant[name] == expected[name][i]
-            torque, memory = control.sample(Measurement(*map(np.array, measured)), memory)
-            measured = plant.step(torque)
-
-
-def test_wheelsets_of_a_plant_do_not_feel_each_other() -> None:
-    cases = [wet_patch(demand=cl.Profile.of(t)) for t in (5e3, 2e4, 2.6e4)]
-    together = cl.Plant(cases)
-    together.reset(0)
-    for i, case in enumerate(cases):
-        alone = cl.Plant(case)
-        alone.reset(i)
-        if i == 0:
-            measured = [together.step([4e3, 1e4, 2.6e4]) for _ in range(200)]
-        mine = [alone.step((4e3, 1e4, 2.6e4)[i]) for _ in range(200)]
-        assert [tuple(x[i] for x in row) for row in measured] == [tuple(row) for row in mine]
-        assert together["creepage"][i] == alone["creepage"]
 
 
 ENCODER = {"encoder_pulses": 100.0, "acceleration_limit": 0.3, "vehicle_speed_noise": 0.0}

@@ -47,16 +47,6 @@ def torques(
     return found
 
 
-@pytest.mark.parametrize("name", cl.CONTROLLERS)
-def test_many_wheelsets_are_as_many_runs_of_one(name: str, locomotive: cl.Model) -> None:
-    controller, together = designed(name, locomotive), sequence(7, 400, seed=3)
-    found = np.array(torques(controller, together))
-    for i in range(7):
-        alone = [Measurement(*(part[i] for part in row)) for row in together]
-        assert (found[:, i] == np.array(torques(controller, alone))).all()
-    assert name == "open_loop" or np.unique(found).size > 400  # it did something
-
-
 @pytest.mark.parametrize("name", ["open_loop", *LIMITED])  # a brake's demand is never positive
 def test_the_other_way_is_the_mirror_image_within_the_demand(
     name: str, locomotive: cl.Model
