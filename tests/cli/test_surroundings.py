@@ -183,8 +183,8 @@ def test_no_home_no_screen_no_folder(tmp_path: Path) -> None:
     [
         ("| head -n 1 >&2", 0, ""),  # the status is head's
         (">/dev/full", 2, "contactlib: [Errno 28] No space left on device\n"),
-        (">&-", 0, ""),
-        ("<&- >&- 2>&-", 0, ""),
+        pytest.param(">&-", 0, "", marks=pytest.mark.slow),
+        pytest.param("<&- >&- 2>&-", 0, "", marks=pytest.mark.slow),
     ],
     ids=["broken pipe", "full", "closed", "all closed"],
 )
