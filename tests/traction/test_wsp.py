@@ -122,7 +122,7 @@ def test_metrics_do_not_count_the_time_after_the_stop() -> None:
     """A brake that is still applied then demands nothing of the rail."""
     case = cl.load_scenario("wheel_slide_protection.toml")
     slow = replace(case, initial_speed=12.0)
-    runs = [cl.run_scenario(replace(slow, duration=end), "wsp") for end in (18.0, 25.0)]
+    runs = [cl.run_scenario(replace(slow, duration=end), "wsp") for end in (22.0, 30.0)]
     assert abs(runs[0]["speed"][-1]) < 1e-9
     short, long = (cl.metrics(run, case.drivetrain) for run in runs)
     assert short.limited_utilisation == long.limited_utilisation
