@@ -255,9 +255,10 @@ class Validators:
         self.limits: dict[str, Limits] = {}
         for name in self.NAMES:
             original = getattr(quantities, name)
+            check = partial(self._check, original)
             for module in list(sys.modules.values()):
                 if module.__name__.startswith("contactlib.") and vars(module).get(name) is original:
-                    patch.setattr(module, name, partial(self._check, original))
+                    patch.setattr(module, name, check)
 
     def _check(
         self, original: Callable[..., Any], name: str, value: Any, limits: Limits, **options: Any
