@@ -37,7 +37,7 @@ const char TRUTH[] = "Boolean";
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \
             contact.slip_rate_decay), \
     HEAT_PARAMETERS(contact), \
-    HOT(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
+    THERMAL(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
         contact.elliptic), \
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
     FIXED("peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15, \
@@ -70,16 +70,16 @@ const char TRUTH[] = "Boolean";
             of.weakening_length)
 
 #define HEAT_PARAMETERS(of) \
-    HOT(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
+    THERMAL(TUNABLE_PARAMETER, "softening_temperature", "K", "rise of temperature at which friction " \
         "would vanish", 1.0, 1e6, of.softening_temperature), \
-    HOT(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
+    THERMAL(TUNABLE_PARAMETER, "thermal_effusivity", "W.s0.5/(m2.K)", "root of conductivity, density " \
         "and heat capacity of wheel and rail", 1e-3, 1e9, of.thermal_effusivity)
 
 #define LAYER_PARAMETER(of) \
     {"layer_compliance", "m/Pa", "thickness over shear modulus of a layer between the bodies", \
      1e-20, 1e-6, AT(of.layer_compliance), TUNABLE_PARAMETER, IF_LAYERED}
 
-#define HOT(role, name, unit, text, low, high, member) \
+#define THERMAL(role, name, unit, text, low, high, member) \
     {name, unit, text, low, high, AT(member), role, IF_THERMAL}
 
 #define LOAD_AND_FRICTION(of) \
@@ -118,7 +118,7 @@ const char TRUTH[] = "Boolean";
                   "this load, friction and slip speed", output.saturation_creepage), \
     MADE_POSITIVE("process_zone_ratio", "1", "length of the weakening zone over semi-width; " \
                   "valid below " TEXT(PROCESS_ZONE_LIMIT), output.process_zone_ratio), \
-    HOT(OUTPUT, "contact_temperature", "K", "mean flash temperature of the contact above that of " \
+    THERMAL(OUTPUT, "contact_temperature", "K", "mean flash temperature of the contact above that of " \
         "wheel and rail", 0.0, LARGE, output.contact_temperature), \
     FLAGS(FLAG)
 #define MADE_POSITIVE(name, unit, text, member) GIVEN(OUTPUT, name, unit, text, 0.0, LARGE, member)

@@ -25,26 +25,36 @@ static inline void contacts_begin(contacts *c, const creep_table *table,
     for (int l = 0; l < LANES; l++) c->given[l] = NULL;
 }
 
+/* Put a contact into a lane, with its parameters and scales at the load if there is one. */
+ALWAYS_INLINE void contacts_put(contacts *c, int l, const force_element_parameters *given,
+                                const force_element_parameters *there,
+                                const contact_scales *scales) {
+    put(c->there, l, FIELDS(force_element_parameters), (const double *)there);
+    put(c->scales, l, FIELDS(contact_scales), (const double *)scales);
+    c->given[l] = given;
+}
+
 /* Load a contact and its input into a lane. */
 static inline void contacts_load(contacts *c, int l, const force_element_parameters *given,
                                  const force_element_input *in) {
-    double *load = c->there[PLACE(force_element_parameters, nominal_load)];
     int grips = can_grip(given, in);
-    double weight = grips ? in->normal_load : given->nominal_load;
-    if (c->given[l] != given || load[l] != weight) {
-        force_element_parameters there = force_element_at_load(given, weight);
+    double load = grips ? in->normal_load : given->nominal_load;
+    if (c->given[l] != given ||
+        c->there[PLACE(force_element_parameters, nominal_load)][l] != load) {
+        force_element_parameters there = force_element_at_load(given, load);
         contact_scales scales = contact_scales_of(&there);
-        put(c->there, l, FIELDS(force_element_parameters), (const double *)&there);
-        put(c->scales, l, FIELDS(contact_scales), (const double *)&scales);
+        contacts_put(c, l, given, &there, &scales);
     }
-    c->given[l] = given;
     c->alone[l] = !grips || has_lateral_or_spin(c->table, in);
     put(c->in, l, FIELDS(force_element_input), (const double *)in);
 }
 
-#define STORE(field) c->out[PLACE(force_element_output, field)][l] = out.field
+#define INPUT(field) in[PLACE(force_element_input, field)]
+#define OUTPUT_OF(field) out[PLACE(force_element_output, field)]
+#define STORE(field) c->OUTPUT_OF(field)[l] = out.field
 
-/* Which outputs to set: the creep force, what the equations of motion need, or all. */
+/* Which outputs to set: creep force and rates of the memory, also the derivatives that the
+ * equations of motion need, or all. */
 enum { ONLY_FORCE, MOTION, ALL };
 
 ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int which) {
@@ -55,32 +65,38 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         TAKE(contact_scales, scales, c->scales);
         begin_lane(&f, l, c->table, &p, scales, &in, thermal);
     }
-    evaluate_lanes(&f, c->table, c->there, c->layered);
+    evaluate_lanes(&f, c->table, c->there, c->layered, which != ONLY_FORCE);
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
         TAKE(force_element_input, in, c->in);
         TAKE(force_state, at, f.state);
-        creep_value q = {f.ratio[l], f.slope[l], f.log_k[l], f.log_layer[l]};
+        creep_value q = {f.ratio[l], 0.0, 0.0, 0.0};
+        if (which != ONLY_FORCE) {
+            q.slope = f.slope[l];
+            q.log_k_derivative = f.log_k[l];
+            q.log_layer_derivative = f.log_layer[l];
+        }
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
-        if (remembering) memory_action(&p, &in, &at, &out);
+        if (remembering) memory_action(&p, &in, &at, which != ONLY_FORCE, &out);
         if (which == ALL) {
             put(c->out, l, FIELDS(force_element_output), (const double *)&out);
             continue;
         }
         STORE(creep_force);
+        if (remembering) {
+            STORE(traction_rate);
+            STORE(lateral_rate);
+            STORE(unslipped_rate);
+        }
         if (which == ONLY_FORCE) continue;
         STORE(force_by_omega);
         STORE(force_by_speed);
         STORE(force_by_traction);
         STORE(saturation_creepage);
         if (!remembering) continue;
-        STORE(traction_rate);
-        STORE(lateral_rate);
-        STORE(unslipped_rate);
         const double *by = &out.traction_by_omega;
-        UNROLLED for (int i = 0; i < 15; i++)
-            c->out[PLACE(force_element_output, traction_by_omega) + i][l] = by[i];
+        UNROLLED for (int i = 0; i < 15; i++)(&c->OUTPUT_OF(traction_by_omega))[i][l] = by[i];
     }
 }
 
@@ -102,13 +118,11 @@ ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int which) {
     }
 }
 
-/* Set the creep forces of contacts without memory. */
-ALWAYS_INLINE void contacts_evaluate_force(contacts *c) { evaluate_contacts_of(c, ONLY_FORCE); }
+/* One function each, as the compiler leaves out what is not asked for. */
+static inline void contacts_evaluate_force(contacts *c) { evaluate_contacts_of(c, ONLY_FORCE); }
 
-/* Set what the equations of motion need. */
-static void contacts_evaluate(contacts *c) { evaluate_contacts_of(c, MOTION); }
+static inline void contacts_evaluate_motion(contacts *c) { evaluate_contacts_of(c, MOTION); }
 
-/* Set all outputs. */
-static void contacts_evaluate_all(contacts *c) { evaluate_contacts_of(c, ALL); }
+static inline void contacts_evaluate_all(contacts *c) { evaluate_contacts_of(c, ALL); }
 
 #endif

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "contact_lanes.h"
 #include "drivetrain.h"
-#include "force_lanes.h"
 #include "rosenbrock.h"
 #include "wheelset_law.h"
 
@@ -43,127 +43,71 @@ enum {
 ASSERT_LAYOUT(factors_of_the_track,
               FRICTION_RIGHT == FRICTION_LEFT + 1 && SLOPE == FRICTION_LEFT + 2);
 
-/* Contact force and memory of one wheel. */
+/* Drivetrains with the same table, states and kind of friction. A wheel's contact has the
+ * parameters of both under twice its load, and half of their force. */
 typedef struct {
-    double force, by_omega, by_speed, by_traction; /* half of those of the wheelset's contact */
-    double saturation, creepage, falling;
-    double steady, sticking;
-    /* Rates of held traction and unslipped part, and their derivatives by omega, speed and both. */
-    double rate[2], by[2][4];
-} wheel_action;
-
-/* Drivetrains with the same table, states and kind of friction. */
-typedef struct {
-    const creep_table *table;
-    int elastic, remembering, lagging, braked, thermal, layered;
-    lanes contact[2][FIELDS(force_element_parameters)]; /* under each wheel's load */
-    lanes scales[2][FIELDS(contact_scales)];            /* likewise */
-    lanes loaded[2];                                    /* 1 or 0 */
+    contacts wheel[2];
+    const contacts *right; /* the left one's contact, as long as both are equal in every lane */
+    int elastic, remembering, lagging, braked;
+    lanes saturation_at_one[2]; /* of each contact where the track's factor on the slope is 1 */
     lanes train[FIELDS(drivetrain_parameters)];
     lanes input[FIELDS(drivetrain_input)];
-    lanes wheel[2][FIELDS(wheel_action)];
     lanes saturation[2]; /* creepages at the start of the substep */
     lanes nominal_load;
 } group;
 
-ALWAYS_INLINE force_element_input wheel_input(group *g, int side, rows y,
-                                              const force_element_parameters *p, int l) {
-    TAKE(drivetrain_input, in, g->input);
-    double friction = side == 0 ? in.friction_left : in.friction_right;
-    return (force_element_input){.omega = y[LEFT + side][l],
-                                 .speed = y[SPEED][l],
-                                 .normal_load = p->nominal_load,
-                                 .friction_scale = friction,
-                                 .held_traction = y[TRACTION_LEFT + side][l],
-                                 .unslipped = y[UNSLIPPED_LEFT + side][l]};
-}
-
-/* Set force and memory; half a wheelset's force is that of a wheel. */
-ALWAYS_INLINE void set_action(double half, const force_element_output *out, wheel_action *action) {
-    const double rates[2][5] = {
-        {out->traction_rate, out->traction_by_omega, out->traction_by_speed,
-         out->traction_by_traction, out->traction_by_unslipped},
-        {out->unslipped_rate, out->unslipped_by_omega, out->unslipped_by_speed,
-         out->unslipped_by_traction, out->unslipped_by_unslipped},
-    };
-    for (int k = 0; k < 2; k++) {
-        action->rate[k] = rates[k][0];
-        for (int i = 0; i < 4; i++) action->by[k][i] = rates[k][1 + i];
+/* Set what depends on friction and slope, which the track changes. */
+static inline void set_rails(group *g, int l) {
+    for (int side = 0; side < 2; side++) {
+        contacts *c = &g->wheel[side];
+        c->INPUT(friction_scale)[l] = g->input[FRICTION_LEFT + side][l];
+        TAKE(force_element_input, in, c->in);
+        c->alone[l] = !can_grip(c->given[l], &in);
+        c->scales[PLACE(contact_scales, saturation_creepage)][l] = /* as slope_reduction does; */
+            g->saturation_at_one[side][l] / g->input[SLOPE][l];    /* k_hat stays */
     }
-    action->force = half * out->creep_force;
-    action->by_omega = half * out->force_by_omega;
-    action->by_speed = half * out->force_by_speed;
-    action->by_traction = half * out->force_by_traction;
-    action->sticking = out->sticking;
-}
-
-/* Evaluate one wheel: half of what the wheelset's contact gives under twice the wheel's load. */
-ALWAYS_INLINE void wheel_of(group *g, int side, rows y, int thermal, int remembering) {
-    force_lanes f;
-    EACH_LANE (l) {
-        TAKE(force_element_parameters, p, g->contact[side]);
-        force_element_input in = wheel_input(g, side, y, &p, l);
-        TAKE(contact_scales, scales, g->scales[side]);
-        scales.saturation_creepage /= g->input[SLOPE][l]; /* as slope_reduction does; k_hat stays */
-        begin_lane(&f, l, g->table, &p, scales, &in, thermal);
-    }
-    evaluate_lanes(&f, g->table, g->contact[side], g->layered);
-    EACH_LANE (l) {
-        TAKE(force_element_parameters, p, g->contact[side]);
-        TAKE(force_state, at, f.state);
-        force_element_input in = wheel_input(g, side, y, &p, l);
-        force_element_output out;
-        creep_value q = {f.ratio[l], f.slope[l], f.log_k[l], f.log_layer[l]};
-        double half = 0.5 * g->loaded[side][l];
-        finish_force(g->table, &p, &in, &at, q, &out);
-        int loaded = g->loaded[side][l] > 0.0;
-        wheel_action action = {
-            .saturation = loaded ? out.saturation_creepage : 1.0,
-            .creepage = out.creepage,
-            .falling = loaded ? out.falling_branch : 0.0,
-            .steady = loaded ? out.steady_traction : 0.0,
-        };
-        if (remembering) memory_action(&p, &in, &at, &out);
-        set_action(half, &out, &action);
-        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
-    }
-    for (int l = 0; remembering && l < LANES; l++) {
-        TAKE(force_element_parameters, p, g->contact[side]);
-        force_element_input in = wheel_input(g, side, y, &p, l);
-        if (g->loaded[side][l] > 0.0 && has_friction(&in)) continue;
-        TAKE(force_state, at, f.state);
-        TAKE(wheel_action, action, g->wheel[side]);
-        force_element_output out;
-        memset(&out, 0, sizeof out);
-        fade_memory(&p, &in, &at, &out);
-        set_action(0.0, &out, &action);
-        put(g->wheel[side], l, FIELDS(wheel_action), (const double *)&action);
-    }
-}
-
-static void wheel(group *g, int side, rows y) {
-    if (g->remembering && g->thermal) wheel_of(g, side, y, 1, 1);
-    else if (g->remembering) wheel_of(g, side, y, 0, 1);
-    else if (g->thermal) wheel_of(g, side, y, 1, 0);
-    else wheel_of(g, side, y, 0, 0);
 }
 
 /* Whether two numbers differ in any bit; zeros of different sign do. */
 static int differs(double a, double b) { return bits_of(a) != bits_of(b); }
 
-/* Evaluate both wheels; copy the first to the second if they are equal in every lane. */
-static void wheels(group *g, rows y) {
-    lanes *in = g->input;
+/* Evaluate both wheels, or one if they are equal in every lane. */
+static void wheels(group *g, rows y, void (*evaluate_contacts)(contacts *)) {
+    lanes *input = g->input;
     int differ = 0;
     for (int l = 0; l < LANES; l++)
         differ |= differs(y[LEFT][l], y[RIGHT][l]) |
                   differs(y[TRACTION_LEFT][l], y[TRACTION_RIGHT][l]) |
                   differs(y[UNSLIPPED_LEFT][l], y[UNSLIPPED_RIGHT][l]) |
-                  differs(in[LOAD_LEFT][l], in[LOAD_RIGHT][l]) |
-                  differs(in[FRICTION_LEFT][l], in[FRICTION_RIGHT][l]);
-    wheel(g, 0, y);
-    if (differ) wheel(g, 1, y);
-    else memcpy(g->wheel[1], g->wheel[0], sizeof g->wheel[0]);
+                  differs(input[LOAD_LEFT][l], input[LOAD_RIGHT][l]) |
+                  differs(input[FRICTION_LEFT][l], input[FRICTION_RIGHT][l]);
+    for (int side = 0; side < 1 + differ; side++) {
+        lanes *in = g->wheel[side].in;
+        memcpy(INPUT(omega), y[LEFT + side], sizeof(lanes));
+        memcpy(INPUT(speed), y[SPEED], sizeof(lanes));
+        memcpy(INPUT(held_traction), y[TRACTION_LEFT + side], sizeof(lanes));
+        memcpy(INPUT(unslipped), y[UNSLIPPED_LEFT + side], sizeof(lanes));
+        evaluate_contacts(&g->wheel[side]);
+    }
+    g->right = &g->wheel[differ];
+}
+
+/* Force of one wheel, and its derivatives. */
+typedef struct {
+    double force, by_omega, by_speed, by_traction;
+} wheel_action;
+
+ALWAYS_INLINE wheel_action action_of(const contacts *c, int l) {
+    wheel_action action = {
+        0.5 * c->OUTPUT_OF(creep_force)[l], 0.5 * c->OUTPUT_OF(force_by_omega)[l],
+        0.5 * c->OUTPUT_OF(force_by_speed)[l], 0.5 * c->OUTPUT_OF(force_by_traction)[l]};
+    return action;
+}
+
+/* Its saturation creepage; without contact the accuracy of the slip does not matter. */
+ALWAYS_INLINE double saturation_of(const contacts *c, int l) {
+    double saturation = c->OUTPUT_OF(saturation_creepage)[l];
+    return saturation > 0.0 ? saturation : 1.0;
 }
 
 /* Set the fields of the state that are not states of this kind of drivetrain. */
@@ -194,9 +138,7 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(drivetrain_input, in, g->input);
-        wheel_action a[2];
-        take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
-        take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+        wheel_action a[2] = {action_of(&g->wheel[0], l), action_of(g->right, l)};
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double r = p.body.radius, b = 0.5 * p.body.damping, v = y[SPEED][l];
         int held = p.body.inverse_mass == 0.0;
@@ -231,8 +173,8 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
                      p.axle_damping * difference * difference;
         if (!jacobian) continue;
 
-        g->saturation[0][l] = a[0].saturation;
-        g->saturation[1][l] = a[1].saturation;
+        g->saturation[0][l] = saturation_of(&g->wheel[0], l);
+        g->saturation[1][l] = saturation_of(g->right, l);
         lanes(*j)[MAX_STATES] = *jacobian;
         /* With a rigid axle the left omega stands for both wheels. */
         double one = g->elastic ? 0.0 : 1.0, inverse_mass = p.body.inverse_mass;
@@ -276,13 +218,12 @@ static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_
 static int is_braked(const drivetrain_member *m) { return m->drivetrain->brake_fill_time > 0.0; }
 
 static void set_kind(group *g, const drivetrain_member *member) {
-    g->table = member->table;
+    contacts_begin(&g->wheel[0], member->table, member->contact);
+    contacts_begin(&g->wheel[1], member->table, member->contact);
     g->elastic = is_elastic(member);
     g->remembering = is_remembering(member);
     g->lagging = is_lagging(member);
     g->braked = is_braked(member);
-    g->thermal = softens_with_heat(member->contact);
-    g->layered = has_layer(member->contact);
 }
 
 /* Load a drivetrain into a lane. */
@@ -293,19 +234,22 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
     force_element_parameters there = *contact;
     contact_scales scales = member->scales;
     for (int side = 0; side < 2; side++) {
-        int loaded = is_loaded(contact, weight[side]);
-        double of = loaded ? weight[side] : contact->nominal_load;
+        force_element_input in;
+        memset(&in, 0, sizeof in);
+        in.normal_load = weight[side];
+        double of = is_loaded(contact, weight[side]) ? weight[side] : contact->nominal_load;
         if (of != there.nominal_load) {
             there = force_element_at_load(contact, of);
             scales = contact_scales_of(&there);
         }
-        put(g->contact[side], l, FIELDS(force_element_parameters), (const double *)&there);
-        put(g->scales[side], l, FIELDS(contact_scales), (const double *)&scales);
-        g->loaded[side][l] = loaded ? 1.0 : 0.0;
+        contacts_put(&g->wheel[side], l, contact, &there, &scales);
+        put(g->wheel[side].in, l, FIELDS(force_element_input), (const double *)&in);
+        g->saturation_at_one[side][l] = scales.saturation_creepage;
     }
     g->nominal_load[l] = contact->nominal_load;
     put(g->train, l, FIELDS(drivetrain_parameters), (const double *)member->drivetrain);
     put(g->input, l, FIELDS(drivetrain_input), (const double *)input);
     if (g->braked) g->input[COMMANDED][l] = larger(input->commanded_torque, 0.0);
     put(y, l, FIELDS(drivetrain_state), (const double *)state);
+    set_rails(g, l);
 }

@@ -10,24 +10,26 @@ static void set_memory_rates(group *g, rows y, rows f, matrix *jacobian) {
         double r = p.body.radius, v = y[SPEED][l];
         double body = g->elastic ? 2.0 / p.body.inertia : 1.0 / p.body.inertia;
         for (int i = 0; i < 2; i++) {
-            TAKE(wheel_action, a, g->wheel[i]);
+            const contacts *c = i == 0 ? &g->wheel[0] : g->right;
+            const lanes *by = &c->OUTPUT_OF(traction_by_omega);
+            double by_traction = action_of(c, l).by_traction;
             int state[2] = {TRACTION_LEFT + i, UNSLIPPED_LEFT + i};
             int own = g->elastic ? LEFT + i : LEFT;
-            f[state[0]][l] = a.rate[0];
-            f[state[1]][l] = a.rate[1];
+            f[state[0]][l] = c->OUTPUT_OF(traction_rate)[l];
+            f[state[1]][l] = c->OUTPUT_OF(unslipped_rate)[l];
             if (!jacobian) continue;
             lanes(*j)[MAX_STATES] = *jacobian;
-            for (int k = 0; k < 2; k++) {
-                j[state[k]][own][l] = a.by[k][0];
-                j[state[k]][SPEED][l] = a.by[k][1];
-                j[state[k]][state[0]][l] = a.by[k][2];
-                j[state[k]][state[1]][l] = a.by[k][3];
+            for (int k = 0; k < 2; k++, by += 10) { /* lateral rate and state are in between */
+                j[state[k]][own][l] = by[0][l];
+                j[state[k]][SPEED][l] = by[1][l];
+                j[state[k]][state[0]][l] = by[2][l];
+                j[state[k]][state[1]][l] = by[4][l];
             }
             int held = p.body.inverse_mass == 0.0;
-            j[SPEED][state[0]][l] = a.by_traction * p.body.inverse_mass;
-            j[own][state[0]][l] = -r * a.by_traction * body;
-            j[CREEP][state[0]][l] = (r * y[LEFT + i][l] - v) * a.by_traction;
-            j[RESISTANCE][state[0]][l] = held ? v * a.by_traction : 0.0;
+            j[SPEED][state[0]][l] = by_traction * p.body.inverse_mass;
+            j[own][state[0]][l] = -r * by_traction * body;
+            j[CREEP][state[0]][l] = (r * y[LEFT + i][l] - v) * by_traction;
+            j[RESISTANCE][state[0]][l] = held ? v * by_traction : 0.0;
         }
     }
 }
@@ -72,7 +74,7 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;
     fill(g, y);
-    wheels(g, y);
+    wheels(g, y, jacobian ? contacts_evaluate_motion : contacts_evaluate_force);
     if (jacobian) set_rates(g, y, f, jacobian);
     else set_rates(g, y, f, NULL);
     if (g->remembering) set_memory_rates(g, y, f, jacobian);
@@ -86,7 +88,7 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
     group *g = model;
     EACH_LANE (l) {
         TAKE(drivetrain_parameters, p, g->train);
-        TAKE(force_element_parameters, contact, g->contact[0]);
+        TAKE(force_element_parameters, contact, g->wheel[0].there);
         double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
         double torque = r * contact.kinetic_friction * g->nominal_load[l];
         double found = fabs(error[SPEED][l]) / speed;
@@ -173,6 +175,7 @@ static void begin_stretch(journey *j, group *g, integration *run, int l) {
         factors_of(&j->members[i], &j->input[i], distance + 0.5 * part * speed,
                    j->time[l] + 0.5 * part, factor);
         for (int k = 0; k < 3; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
+        set_rails(g, l);
     }
     run->left[l] = part;
     j->time[l] += part;
@@ -273,9 +276,8 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
     for (int l = 0; l < count; l++) {
         TAKE(drivetrain_parameters, p, g->train);
         TAKE(drivetrain_input, in, g->input);
-        wheel_action a[2];
-        take(g->wheel[0], l, FIELDS(wheel_action), (double *)&a[0]);
-        take(g->wheel[1], l, FIELDS(wheel_action), (double *)&a[1]);
+        const contacts *left = &g->wheel[0], *right = g->right;
+        wheel_action a[2] = {action_of(left, l), action_of(right, l)};
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
         double turning = omega[0] * omega[0] + omega[1] * omega[1];
@@ -287,14 +289,14 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
         output[l] = (drivetrain_output){
             .creep_force_left = a[0].force,
             .creep_force_right = a[1].force,
-            .creepage_left = a[0].creepage,
-            .creepage_right = a[1].creepage,
-            .falling_left = a[0].falling,
-            .falling_right = a[1].falling,
-            .steady_left = a[0].steady,
-            .steady_right = a[1].steady,
-            .sticking_left = a[0].sticking,
-            .sticking_right = a[1].sticking,
+            .creepage_left = left->OUTPUT_OF(creepage)[l],
+            .creepage_right = right->OUTPUT_OF(creepage)[l],
+            .falling_left = left->OUTPUT_OF(falling_branch)[l],
+            .falling_right = right->OUTPUT_OF(falling_branch)[l],
+            .steady_left = left->OUTPUT_OF(steady_traction)[l],
+            .steady_right = right->OUTPUT_OF(steady_traction)[l],
+            .sticking_left = left->OUTPUT_OF(sticking)[l],
+            .sticking_right = right->OUTPUT_OF(sticking)[l],
             .drive_torque = g->braked ? y[TORQUE][l] - braking : y[TORQUE][l],
             .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
             .speed_rate = held ? in.acceleration : rates.speed_rate,
@@ -319,7 +321,7 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
                 load(&g, (int)l, &members[i + k], &input[at + k], &state[at + k], y);
             }
             fill(&g, y);
-            wheels(&g, y);
+            wheels(&g, y, contacts_evaluate_all);
             set_outputs(&g, y, (int)count, &output[at]);
         }
     }

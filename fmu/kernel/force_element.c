@@ -44,7 +44,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     add_layer(&p, &at);
     creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
-    if (remembers(&p)) memory_action(&p, in, &at, out);
+    if (remembers(&p)) memory_action(&p, in, &at, 1, out);
 }
 
 void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {

@@ -27,7 +27,7 @@ ALWAYS_INLINE int can_grip(const force_element_parameters *p, const force_elemen
 
 /* Growth of semi-width and peak pressure with a ratio of loads; Hertz's powers for a line contact
  * and an ellipse need no logarithm. */
-static inline double growth_with_load(double ratio, double exponent) {
+ALWAYS_INLINE double growth_with_load(double ratio, double exponent) {
     if (exponent == 0.5) return sqrt(ratio);
     if (exponent == 1.0 / 3.0) return cube_root(ratio);
     return power_of(ratio, exponent);
@@ -364,7 +364,7 @@ typedef struct {
     double force[2], ratio;   /* steady forces over f_d P, and their magnitude */
     double direction[2];      /* of the steady force */
     double q[2], along;       /* held forces over f_d, and in that direction */
-    double place[2];          /* sigma over theirs */
+    double length_ratio[2];   /* sigma over the relaxation length of each component */
     double rate[2];           /* of q, for one sigma [1/s] */
     double weakening, pace;
     int slow, weak; /* creepage or force are too small to have a direction */
@@ -391,8 +391,8 @@ ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
     m.q[0] = in->held_traction / at->kinetic;
     m.q[1] = in->held_lateral / at->kinetic;
     m.along = m.q[0] * m.direction[0] + m.q[1] * m.direction[1];
-    m.place[0] = 1.0;
-    m.place[1] = p->relaxation_length / p->lateral_relaxation_length;
+    m.length_ratio[0] = 1.0;
+    m.length_ratio[1] = p->relaxation_length / p->lateral_relaxation_length;
     m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
     m.pace = at->reference / p->relaxation_length; /* at rest the slip alone loads the contact */
     m.flow = memory_flow_at(p, larger(m.size, tiny), larger(m.ratio, least), at->k_hat, m.weakening,
@@ -447,7 +447,7 @@ ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
             drate = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i] +
                     dturn * (m->along * e - m->q[i]) +
                     f->turn * (along * e + m->along * turn[i] - dq[i]);
-        rate[i] = at->kinetic * m->place[i] * (drate + m->rate[i] * d->log_g);
+        rate[i] = at->kinetic * m->length_ratio[i] * (drate + m->rate[i] * d->log_g);
     }
     rate[2] = change_along(m->flow.rate_by, change);
 }
@@ -458,8 +458,8 @@ ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_el
                                force_element_output *out) {
     double load = in->normal_load;
     out->sticking = m->flow.sticking;
-    out->traction_rate = at->kinetic * m->place[0] * m->rate[0];
-    out->lateral_rate = at->kinetic * m->place[1] * m->rate[1];
+    out->traction_rate = at->kinetic * m->length_ratio[0] * m->rate[0];
+    out->lateral_rate = at->kinetic * m->length_ratio[1] * m->rate[1];
     out->unslipped_rate = m->flow.rate;
     out->traction_coefficient = in->held_traction;
     out->creep_force = load * in->held_traction;
@@ -477,9 +477,11 @@ ALWAYS_INLINE void set_rates_by(int state, const double rate[3], force_element_o
     for (int i = 0; i < 3; i++) by[5 * i + state] = rate[i];
 }
 
-/* The memory without lateral slip and spin; parameters are those at the load. */
+/* The memory without lateral slip and spin, with or without the derivatives of its rates;
+ * parameters are those at the load. */
 ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_element_input *in,
-                                 const force_state *at, force_element_output *out) {
+                                 const force_state *at, int derivatives,
+                                 force_element_output *out) {
     double per_force = 1.0 / (at->kinetic * in->normal_load);
     double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5;
     double steady[2] = {out->steady_traction / at->kinetic, 0.0};
@@ -487,7 +489,7 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
     memory_place m = memory_at(p, in, at, 0.0, steady);
-    UNROLLED for (int i = 0; i < 5; i++) {
+    UNROLLED for (int i = 0; derivatives && i < 5; i++) {
         memory_direction d;
         double rate[3];
         memset(&d, 0, sizeof d);

@@ -1,43 +1,57 @@
 /* Rolling that is not steady: a contact that remembers what it rolled over.
  *
- * The states are the creep force over the load, the lateral force over it, and the part of the
- * contact that has not slipped since it entered. In steady rolling the force is exactly that of the
- * law. With lengths over the semi-width a, s the distance rolled, x > 0 the normalized creepage, q
- * the state of the force over f_d, h the unslipped part and Q(x) the steady law of initial slope
- * S0:
+ * The state is two numbers, from which the force follows (a third with lateral slip, see below):
  *
- *     G = Q + (h - m)+ (F - Q)+,      dq/ds = (G - q)/(sigma L),
- *     dh/ds = (2.5 (x/D) r^8 + 2.25/sigma) (h' - h), without 2.25/sigma while h > h'.
+ *     q   creep force over f_d P [1]; f_d q is held_traction
+ *     h   part of the contact that has not slipped since it entered, 0 to 1 [1]; unslipped
  *
- * m = 2 Q/(S0 x) - 1 is the part that sticks in steady rolling (exact for Carter's law), D the
- * weakening length over a zeta0 (in dh/ds at least sigma/(8 S0)), r = q/G, and F the strength of a
- * contact that has not slipped: the parabola of Carter's law, whose friction is f_s, but at most
- * f_d (1 + 9/4 E R/sqrt(E^2 + R^2)), R = f_s/f_d - 1. E = 1.5 k_hat^(4/3) is the force over f_d P,
- * less one, by which a contact that stands still breaks loose, if it weakens over a short zone. h'
- * is m, and up to 1 while the force opposes the creepage, as the whole contact then sticks.
+ * It changes with
  *
- * sigma L is the length of the lag. With s = G/(S0 x), y = 1 - r and kappa, the stiffness of
- * a contact that stands still over S0/sigma,
+ *     V       speed [m/s]                            R = f_s/f_d - 1
+ *     a       semi-width [m]                         k_hat, by Eq. (17) [1]
+ *     x       normalized creepage zeta/zeta0 [1]     D = Delta/(a zeta0), weakening length [1]
+ *     Q(x)    steady law: force over f_d P [1]       sigma, relaxation length over a [1]
+ *     S0      its initial slope Q'(0) [1]            kappa, stiffness at standstill over S0/sigma
  *
- *     L = m' (1 + (1/kappa - 1) y^3) + (s - m') y^(2/3)/kappa   for 0 <= r < 1,
- *     L = y s/(kappa + s |r| (1/2 + |r|)/y)                    for r < 0,
- *     L = m'                                                    for r >= 1,
+ * for x > 0; in braking x, Q and q change their signs. In this order:
  *
- * where m' is m, but at least D/(sigma x), the distance over which friction weakens in full slip,
- * and s/20. So small creepages lag by sigma; a sliding contact follows within D/x; and without
- * rolling (x -> infinity at a given displacement x s) a force that begins at zero is Mindlin's,
- * 1 - (1 - 2 kappa S0 x s/(3 sigma))^(3/2) with f_s = f_d. Creepage does at least the work
- * q x >= d(sigma q^2/(2 kappa S0))/ds, so no history yields energy. Of the constants kappa and
- * sigma follow from the half-space; 2.25, 2.5, 1/2, 9/4, 1.5 and the powers of y and r were fitted
- * to transient solutions.
+ * 1. Part m that sticks in steady rolling (exact for Carter's law), held within 0 and 1:
+ *        m = 2 Q/(S0 x) - 1
+ * 2. Force T at which a contact that stands still breaks loose; its friction is f_s if it weakens
+ *    over a long zone, and less over a short one:
+ *        E = (3/2) k_hat^(4/3),   T = min(1 + (9/4) E R/sqrt(E^2 + R^2), 1 + R)
+ * 3. Force F of a contact that has not slipped: the parabola of Carter's law under this friction:
+ *        z = min(S0 x/(2 T), 1),   F = T z (2 - z)
+ * 4. Force G that q approaches. Only the unslipped part is stronger than in steady rolling:
+ *        G = Q + max(h - m, 0) max(F - Q, 0)
+ * 5. Length of the lag, sigma a L:
+ *        r = q/G,   y = 1 - r,   s = min(G/(S0 x), 1),   m' = min(max(m, D/(sigma x), s/20), s)
+ *        L = m' (1 + (1/kappa - 1) y^3) + (s - m') y^(2/3)/kappa     for 0 <= r < 1
+ *        L = y s/(kappa + s |r| (1/2 + |r|)/y)                       for r < 0
+ *        L = m'/(1 + 100 max(q - 1 - R, 0))                          for r >= 1
+ * 6. Target h' of the unslipped part: m, and up to 1 while the force opposes the creepage, as the
+ *    whole contact then sticks. It wears off over the weakening length D', at least sigma/(8 S0):
+ *        h' = m + (1 - m) min(max(-r, 0), 1),   D' = max(D, sigma/(8 S0))
+ * 7. Rates [1/s], with r from 0 to 1 in the second; 9/4 counts while h < h':
+ *        dq/dt = V/(sigma a) (G - q)/L
+ *        dh/dt = V/(sigma a) ((5/2) (sigma x/D') r^8 + 9/4) (h' - h)
  *
- * With lateral slip or spin q is a vector, x the magnitude of both creepages, Q that of the force,
- * e the direction of the steady force, and q e takes the place of q above:
+ * If friction does not weaken, G = Q and h' = m. In steady rolling q = Q and h = m, the law itself.
+ * Small creepages lag by sigma a, and a sliding contact follows within the distance a D/x over
+ * which its friction weakens. Without rolling (x -> infinity at a given displacement x V t/a = d) a
+ * force that begins at zero is Mindlin's, 1 - (1 - 2 kappa S0 d/(3 sigma))^(3/2) with f_s = f_d.
+ * Creepage does at least the work q x >= d(sigma q^2/(2 kappa S0))/d(V t/a), so no history yields
+ * energy. kappa and sigma follow from the half-space; the other numbers and powers were fitted to
+ * transient solutions.
  *
- *     dq/ds = (G - q e) e/(sigma L) - (q - (q e) e)/(sigma L'),    L' = s (m + (1 - m)/kappa),
+ * With lateral slip or spin q is a vector, x and Q are magnitudes, e is the direction of the steady
+ * force, and the component q.e takes the place of q above:
  *
- * with the sigma of each component. Across the force nothing slips faster when more slips, so the
- * compliance of the whole contact turns it. The spin moment is that of steady rolling. */
+ *     dq/dt = V/(sigma a) [(G - q.e) e/L - (q - (q.e) e)/L'],   L' = s (m + (1 - m)/kappa)
+ *
+ * with the sigma of each component before the bracket. Across the force nothing slips faster when
+ * more slips, so the compliance of the whole contact turns it. The spin moment is that of steady
+ * rolling. */
 #ifndef MEMORY_H
 #define MEMORY_H
 
@@ -86,7 +100,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
                                          double pace) {
     const double slope = p->initial_slope, kappa = p->standing_stiffness;
     double sigma = p->relaxation_length / p->semi_width;
-    double excess = p->static_friction / p->kinetic_friction - 1.0, most = 1.0 + excess;
+    double excess = p->static_friction / p->kinetic_friction - 1.0, limit = 1.0 + excess; /* R */
     int weakens = (excess > 0.0) & (k > 0.0) & (weakening > 0.0);
     double per = 1.0 / (slope * x);
 
@@ -98,8 +112,9 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double e = weakens ? 1.5 * k * cube_root(weakens ? k : 1.0) : 0.0; /* E */
     double root = sqrt(e * e + excess * excess), inverse = 1.0 / (root > 0.0 ? root : 1.0);
     double standing = 1.0 + 2.25 * e * excess * inverse, cube = excess * inverse;
-    int limited = standing < most;
-    double top = limited ? standing : most, z = smaller(0.5 * slope * x / top, 1.0);
+    int limited = standing < limit;
+    double top = limited ? standing : limit, /* T */
+        z = smaller(0.5 * slope * x / top, 1.0);
     double above = top * z * (2.0 - z) - ratio, more = h - m;
     int stronger = weakens & (more > 0.0) & (above > 0.0);
     more = stronger ? more : 0.0;
@@ -112,9 +127,9 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
 
     /* Length of the lag, and its derivatives by m', s and r. */
     double whole_secant = strength * per, secant = smaller(whole_secant, 1.0); /* spin adds force */
-    double least = 0.05 * secant, after = weakening / (x * sigma);
-    int by_stick = (m >= after) & (m >= least), by_slip = !by_stick & (after > least);
-    double part = by_stick ? m : by_slip ? after : least;
+    double minimum = 0.05 * secant, after = weakening / (x * sigma);
+    int by_stick = (m >= after) & (m >= minimum), by_slip = !by_stick & (after > minimum);
+    double part = by_stick ? m : by_slip ? after : minimum; /* of m' */
     int whole = part > secant;
     part = whole ? secant : part;
     double part_secant = whole ? 1.0 : (by_stick | by_slip) ? 0.0 : 0.05;
@@ -124,7 +139,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p, doub
     double r = q / strength, y = larger(1.0 - r, 1e-9);
     int against = r < 0.0, beyond = r >= 1.0;
     double third = cube_root(y), two_thirds = third * third, soft = 1.0 / kappa - 1.0;
-    double over = larger(q - most, 0.0), brake = 1.0 / (1.0 + 100.0 * over);
+    double over = larger(q - limit, 0.0), brake = 1.0 / (1.0 + 100.0 * over);
     double size = larger(-r, 0.0), per_size = 1.0 / (1.0 + size);
     double loss = size * (0.5 + size) * per_size;
     double loss_size = (0.5 + size * (2.0 + size)) * per_size * per_size;

@@ -25,5 +25,7 @@ void WIDE(creep_forces_evaluate)(const creep_forces *pair, size_t n,
     }
 }
 
-#define LANES 16
+/* A vehicle has few wheels, so more lanes would stay idle. */
+#define LANES 8
 #include "drivetrain_many.h"
+#include "wheels_many.h"

@@ -194,6 +194,10 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
     for (size_t i = 0; i < n; i++) {
         double root_k = place.root_k[i], factor = table->root_k ? root_k : 1.0;
         double value = factor * h[i][0], by_log_t = factor * h[i][1];
+        if (slope == NULL) {
+            ratio[i] += fabs(x[i]) * w[i] * value;
+            continue;
+        }
         double by_log_k = 0.5 * root_k * (factor * h[i][2] + (table->root_k ? h[i][0] : 0.0));
         double size = fabs(x[i]), moved = by_log_t - decay * (1.0 - place.rest[i]) * value;
         double by_stretch = size * w[i] * moved / stretch[i];
@@ -209,8 +213,10 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
                                           double *log_k) {
     if (table->one_axis) {
         for (size_t i = 0; i < n; i++) {
-            evaluate_one_axis(table, fabs(x[i]), &ratio[i], &slope[i]);
+            double one_slope;
+            evaluate_one_axis(table, fabs(x[i]), &ratio[i], &one_slope);
             ratio[i] = copysign(ratio[i], x[i]);
+            if (slope != NULL) slope[i] = one_slope;
             if (log_k != NULL) log_k[i] = 0.0;
         }
         return;
@@ -220,11 +226,12 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
         double given = fabs(x[i]), tiny = given * (1.0 / MIN_CREEPAGE);
         coordinate c = solve_coordinate(larger(given, MIN_CREEPAGE), k_hat[i]);
         double part = given < MIN_CREEPAGE ? tiny : 1.0;
+        t[i] = c.t;
+        ratio[i] = part * line_traction_ratio(c);
+        if (slope == NULL) continue;
         stretch[i] = c.y + 4.0 * c.m * c.s; /* dx/d(ln t) */
         double quotient = c.y / stretch[i]; /* -d(ln t)/d(ln k_hat) at fixed x */
         share[i] = stretch[i] > 0.0 ? quotient : 0.0;
-        t[i] = c.t;
-        ratio[i] = part * line_traction_ratio(c);
         slope[i] = 2.0 * c.s * (1.0 - 4.0 * c.m * share[i]);
         if (log_k != NULL) log_k[i] = part * (8.0 * c.m * c.s * c.y * share[i]);
     }
@@ -284,15 +291,15 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
         layer_value q = layer_law(&at, held, h);
         part = copysign(part, x[i]);
         ratio[i] = part * q.ratio;
-        slope[i] = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
+        if (slope != NULL) slope[i] = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
         if (log_k == NULL) continue;
         log_k[i] = part * q.log_k;
         log_layer[i] = part * q.log_layer;
     }
 }
 
-/* q and its derivatives of n <= MAX_POINTS points; without those by k_hat and the layer if their
- * arrays are NULL. */
+/* q and its derivatives of n <= MAX_POINTS points. Arrays of derivatives may be NULL: those by
+ * k_hat and the layer, or all three. */
 ALWAYS_INLINE void evaluate_points(const creep_table *table, size_t n, const double *x,
                                    const double *k_hat, const double *layer, double *ratio,
                                    double *slope, double *log_k, double *log_layer) {

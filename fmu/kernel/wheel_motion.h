@@ -1,9 +1,8 @@
-/* The equations of motion of LANES wheelsets and of the memory of their contacts. The including
- * file defines `contacts`, their inputs and outputs by rows, and contacts_evaluate(). */
+/* The equations of motion of LANES wheelsets and of the memory of their contacts. */
 #ifndef WHEEL_MOTION_H
 #define WHEEL_MOTION_H
 
-#include "memory.h"
+#include "contact_lanes.h"
 #include "rosenbrock.h"
 #include "wheelset_law.h"
 #include "wheelset_step.h"
@@ -19,9 +18,6 @@ typedef struct {
     lanes drive_torque, resistance_force, omega_rate;
     lanes saturation; /* creepage at the start of the substep */
 } motion;
-
-#define INPUT(field) in[PLACE(force_element_input, field)]
-#define OUTPUT_OF(field) out[PLACE(force_element_output, field)]
 
 /* Set the rates of the velocities and their rows of the Jacobian. */
 ALWAYS_INLINE void set_motion(motion *m, rows y, rows f, matrix *jacobian) {
@@ -61,7 +57,8 @@ static void motion_rates_of(void *model, rows y, rows f, matrix *jacobian) {
     memcpy(INPUT(speed), y[1], sizeof(lanes));
     for (int i = 0; i < memory_rows; i++)
         memcpy((&INPUT(held_traction))[i], y[2 + i], sizeof(lanes));
-    contacts_evaluate(&m->contact);
+    if (jacobian) contacts_evaluate_motion(&m->contact);
+    else contacts_evaluate_force(&m->contact);
     for (int i = 0; i < memory_rows; i++)
         memcpy(f[2 + i], (&OUTPUT_OF(traction_rate))[i], sizeof(lanes));
     if (!jacobian) {

@@ -83,11 +83,14 @@ static double set_input(wheelset_run *run, double time) {
         run->load = weight;
     }
     put(run->wheels.input, 0, FIELDS(drivetrain_input), (const double *)&in);
+    set_rails(&run->wheels, 0);
     return between(s->from.reference, s->to.reference, part);
 }
 
-static const wheel_action *wheel_now(const wheelset_run *run) {
-    return (const wheel_action *)run->wheels.wheel[0];
+static const contacts *wheel_now(const wheelset_run *run) { return &run->wheels.wheel[0]; }
+
+static double creepage_now(const wheelset_run *run) {
+    return wheel_now(run)->OUTPUT_OF(creepage)[0];
 }
 
 /* Evaluate wheels and controller; sets the drivetrain's rows, with the torque among them. */
@@ -97,10 +100,9 @@ static control_command evaluate_loop(wheelset_run *run, rows y, rows all) {
     all[SPEED][0] = y[ROW_SPEED][0];
     all[LEFT][0] = y[ROW_OMEGA][0];
     fill(&run->wheels, all);
-    wheels(&run->wheels, all);
+    wheels(&run->wheels, all, contacts_evaluate_all);
     control_command command;
-    control_law_command(&run->given.law, reference, wheel_now(run)->creepage, y[ROW_MEMORY][0],
-                        &command);
+    control_law_command(&run->given.law, reference, creepage_now(run), y[ROW_MEMORY][0], &command);
     all[TORQUE][0] = command.torque;
     return command;
 }
@@ -120,8 +122,7 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     const wheelset_parameters *body = &run->member.drivetrain->body;
     double reference, slope;
     regularized_speed(y[ROW_SPEED][0], body->minimum_speed, &reference, &slope);
-    double by[2] = {(-1.0 - wheel_now(run)->creepage * slope) / reference,
-                    body->radius / reference};
+    double by[2] = {(-1.0 - creepage_now(run) * slope) / reference, body->radius / reference};
     lanes(*to)[MAX_STATES] = *jacobian;
     for (int i = 0; i < RUN_ROWS; i++) {
         int from = DRIVETRAIN_ROW[i];
@@ -149,7 +150,8 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
 static double relative_size(const wheelset_run *run, rows y, rows change) {
     const double *scale = (const double *)&run->given.scale;
     double radius = run->member.drivetrain->body.radius, sum = 0.0;
-    double saturation = wheel_now(run)->saturation * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
+    double saturation =
+        saturation_of(wheel_now(run), 0) * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
     for (int i = 0; i < RUN_ROWS; i++) {
         if (i == ROW_TIME) continue;
         double size = fabs(y[i][0]) + scale[i], part = change[i][0];
@@ -215,9 +217,9 @@ static void solution_at(const wheelset_run *run, double time, rows y) {
 /* What the signals of a crossing are above its level, in the state that was evaluated last. */
 static double above_level(const wheelset_run *run, int crossing, rows y) {
     const run_crossing *c = &run->given.crossing[crossing];
-    const wheel_action *wheel = wheel_now(run);
-    return c->abs_speed * fabs(y[ROW_SPEED][0]) + c->creepage * wheel->creepage +
-           c->abs_creepage * fabs(wheel->creepage) - c->fall * wheel->by_omega - c->level;
+    double creepage = creepage_now(run), by_omega = action_of(wheel_now(run), 0).by_omega;
+    return c->abs_speed * fabs(y[ROW_SPEED][0]) + c->creepage * creepage +
+           c->abs_creepage * fabs(creepage) - c->fall * by_omega - c->level;
 }
 
 /* The row at a time of the last step, or at the start. */
@@ -259,7 +261,7 @@ static void find_events(wheelset_run *run) {
         if (!(rises && direction >= 0) && !(falls && direction <= 0)) continue;
         run_event event = {.crossing = i};
         event.row = row_at(run, crossing_time(run, i));
-        event.creepage = wheel_now(run)->creepage;
+        event.creepage = creepage_now(run);
         size_t place = run->count++;
         while (place > 0 && (run->events[place - 1].row.time - event.row.time) * run->h > 0.0) {
             run->events[place] = run->events[place - 1];

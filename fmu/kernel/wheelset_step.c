@@ -4,20 +4,6 @@
 #include <string.h>
 
 #define LANES 1
-#include "lanes.h"
-
-/* One contact; a struct of doubles is the same as its rows. */
-typedef struct {
-    const creep_table *table;
-    const force_element_parameters *given[1];
-    lanes in[FIELDS(force_element_input)], out[FIELDS(force_element_output)];
-} contacts;
-
-static void contacts_evaluate(contacts *c) {
-    force_element_evaluate(c->table, c->given[0], (const force_element_input *)c->in,
-                           (force_element_output *)c->out);
-}
-
 #include "wheel_motion.h"
 
 /* The tolerance of the next substep. A wheel that remembers swings at almost zero speed on its
@@ -71,9 +57,8 @@ static const char *advance(const equations *problem, integration *run, double st
 const char *wheelset_advance(const creep_table *table, wheelset_task *task, double step) {
     motion m;
     integration run;
-    m.contact.table = table;
-    m.contact.given[0] = task->contact;
-    put(m.contact.in, 0, FIELDS(force_element_input), (const double *)&task->input);
+    contacts_begin(&m.contact, table, task->contact);
+    contacts_load(&m.contact, 0, task->contact, &task->input);
     load_motion(&m, run.y, 0, task);
     equations problem = motion_equations(&m);
     const char *error =

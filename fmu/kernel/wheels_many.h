@@ -1,7 +1,4 @@
-/* The functions of simd_dispatch.h for contacts and wheelsets, LANES of them at a time, for one
- * vector width, which the including file has chosen. A vehicle has few wheels, so there are fewer
- * lanes than for drivetrains. */
-#define LANES 8
+/* Evaluating many contacts and stepping many wheelsets, LANES at a time. */
 #include "contact_lanes.h"
 #include "simd_dispatch.h"
 #include "wheel_motion.h"

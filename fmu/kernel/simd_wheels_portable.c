@@ -1,3 +1,0 @@
-/* Wheels for any processor of the platform. */
-#define WIDE_SUFFIX portable
-#include "simd_wheels.h"
