@@ -436,7 +436,7 @@ def start(wheels: Wheels, description: Description, places: list[dict[str, float
 
 
 def points_of_run(wheels: Wheels, description: Description) -> Iterator[list[Point]]:
-    """The wheels after each of some steps, of which the last is short."""
+    """The wheels after each step; the last step is short."""
     points, time = read(wheels, description), 0.0
     yield points
     momenta: list[Momentum] = []
