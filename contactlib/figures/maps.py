@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from cycler import cycler
+from cycler import Cycler, cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -31,7 +30,6 @@ from contactlib.base.quantities import FloatArray
 from contactlib.figures.files import PICTURES, save_pictures
 from contactlib.figures.scenario import run_name
 from contactlib.figures.style import (
-    CYCLE,
     DASHED,
     DOTTED,
     labelled,
@@ -58,7 +56,7 @@ FEW = 4  # a parameter with fewer values gives lines or panels, not an axis of a
 PANELS = 3  # maximum number of values of a parameter that has a panel for each
 WIDE = 30.0  # largest / smallest value above which a scale is logarithmic
 CELLS, POINTS = 4000, 300  # numbers above which an SVG holds them as a picture
-BARS = 8  # maximum number of parameters whose rank correlations are drawn
+BARS = 5  # maximum number of parameters whose rank correlations are drawn
 QUANTILES = (0.05, 0.5, 0.95)
 CHANCE = 2.58  # standard deviations on both sides that contain 99 % of a normal distribution
 COLOURS = "viridis"  # perceptually uniform, and from dark to light in grey
@@ -72,15 +70,7 @@ MAPS = {"axes.grid": False, "hatch.linewidth": 0.5}
 # Units that take a prefix, largest first.
 LARGE, SMALL = ((1e9, "G"), (1e6, "M"), (1e3, "k")), ((1.0, ""), (1e-3, "m"))
 PREFIXES = {"N": LARGE, "N.m": LARGE, "J": LARGE, "W": LARGE, "s": SMALL, "m": SMALL}
-LINES = {  # dashes and marks differ as well as colours
-    "axes.prop_cycle": cycler(linewidth=[2.0, 1.0])
-    * cycler(
-        color=[*CYCLE, "black"],
-        linestyle=["-", DASHED, (0, (6, 1.5, 1, 1.5)), DOTTED],
-        marker=["o", "s", "^", "D"],
-    ),
-    "lines.markersize": 4.5,
-}
+LINES = {"lines.markersize": 4.5}
 
 
 def draw_maps(
@@ -154,6 +144,16 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     figure, handles, note = draw(data, outcome, SWEEP_OUTCOMES.get(outcome, Outcome("1", "")))
     _frame(figure, title, handles, _sentences(*map(_plain, about), note))
     return figure
+
+
+def _looks() -> Cycler[str, Any]:
+    """Looks of lines: their dashes and marks differ as well as their colours."""
+    lines = cycler(
+        color=[paint.blue, paint.orange, paint.green, paint.ink],
+        linestyle=["-", DASHED, (0, (6, 1.5, 1, 1.5)), DOTTED],
+        marker=["o", "s", "^", "D"],
+    )
+    return cycler(linewidth=[2.0, 1.0]) * lines
 
 
 def _plain(text: object) -> str:
@@ -301,6 +301,7 @@ def _lines(
     """Draw a line for each value of another dimension; return handles of the legend."""
     values = part[outcome]
     number = values.where(np.isfinite(values))
+    axes.set_prop_cycle(_looks())
     number.plot.line(ax=axes, x=x, hue=name, add_legend=False)
     cases = [part] if name is None else [part.isel({name: i}) for i in range(part.sizes[name])]
     handles: Handles = {}
@@ -401,8 +402,10 @@ def _sample_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure,
     order = np.argsort(-np.abs(np.nan_to_num(strength)).max(axis=0), kind="stable")
     varied, strength = [varied[i] for i in order], strength[:, order[:BARS]]
     with styled(LINES):
-        figure, ((left, right), below) = new_figure(9.6, 7.6, nrows=2, ncols=2)
-        looks = list(mpl.rcParams["axes.prop_cycle"])
+        figure, ((left, right), below) = new_figure(
+            9.6, 7.6, nrows=2, ncols=2, height_ratios=(1.3, 1.0)
+        )
+        looks = list(_looks())
         handles: Handles = {}
         for number, group in enumerate(groups):
             look = looks[number % len(looks)]
@@ -422,7 +425,7 @@ def _sample_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure,
                 fine = {"ms": 2.5, "alpha": 0.6, "mew": 0.0, "rasterized": finite.size > POINTS}
                 axes.plot(parameter.values, finite, **points, **fine)
         left.set(xlabel=_label(data[outcome]), ylim=(0.0, 1.0))
-        labelled(left, "", "runs up to this value [%]", f"Distribution over {data.sizes[RUN]} runs")
+        labelled(left, "", "share of runs [%]", f"Distribution over {data.sizes[RUN]} runs")
         count = int(data[outcome].count(RUN).min())
         chance = "99 % band of chance alone"
         band = CHANCE / math.sqrt(max(CHANCE**2, count - 1))  # the variance is 1/(n - 1)
@@ -430,14 +433,14 @@ def _sample_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure,
         handles[chance].set_label(chance)
         right.set_axisbelow(True)
         right.axvline(0.0, color=paint.grey, lw=1.0)
-        names = [wrapped(parameter.attrs["long_name"], 24) for parameter in varied[:BARS]]
-        right.set_yticks(np.arange(len(names)), names, fontsize=sized(8))
+        names = [wrapped(parameter.attrs["long_name"], 28) for parameter in varied[:BARS]]
+        right.set_yticks(np.arange(len(names)), names, fontsize=sized(7.5))
         right.invert_yaxis()
         right.grid(visible=False, axis="y")
         labelled(right, "rank correlation [1]", "", "Which parameters matter most")
         right.set(xlim=(-1.0, 1.0), xticks=np.linspace(-1.0, 1.0, 5))
         for axes, parameter in zip(below, varied, strict=False):
-            axes.set(xlabel=_label(parameter, 60), ylabel=_label(data[outcome]))
+            axes.set(xlabel=_label(parameter, 40), ylabel=_label(data[outcome], 18))
             labelled(axes, log="x" if _wide(_finite(parameter)) else "")
         if _wide(_finite(data[outcome])):
             labelled(left, log="x")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import figure_checks as checks
+import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
@@ -34,7 +35,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike, NDArray
 from strategies import examples
 
-from contactlib.figures import draw_maps, map_figure, maps
+from contactlib.figures import draw_maps, map_figure, maps, page_size
 from contactlib.runs.outcomes import Outcome
 
 NAMES = ["open loop", "cut and re-apply", "PI creep control"]  # of CONTROLLERS in figures
@@ -292,7 +293,7 @@ def test_strongest_parameter_comes_first() -> None:
     figure = map_figure(sampled(), "adhesion_utilisation")
     bars, scatter = figure.axes[1], figure.axes[2]
     assert bars.get_yticklabels()[0].get_text().replace("\n", " ") == DESCRIBED["friction"][1]
-    assert scatter.get_xlabel().startswith(DESCRIBED["friction"][1])
+    assert scatter.get_xlabel().replace("\n", " ") == f"{DESCRIBED['friction'][1]} [1]"
     widths = [container[0].get_width() for container in bars.containers]
     friction = sampled()["friction"].values
     for width, name in zip(widths, CONTROLLERS, strict=False):
@@ -318,6 +319,27 @@ def test_chance_stays_in_its_band() -> None:
     strengths = np.abs([strength(200) for _ in range(2000)])
     expected = pytest.approx(0.99, abs=4.0 * math.sqrt(0.0099 / 2000))
     assert np.mean(strengths < limit) == expected
+
+
+# ---- the user's style --------------------------------------------------------------------------
+
+
+def test_lines_keep_dashes_and_marks_in_the_user_s_colours() -> None:
+    made = compared().isel(length=-1, drop=True)
+    with mpl.style.context("dark_background"):
+        figures = map_figure(made, "recovery_time"), map_figure(sampled(), "adhesion_utilisation")
+        colour = mpl.rcParams["axes.prop_cycle"].by_key()["color"][0]
+    for figure in figures:
+        checks.check_styles(figure)
+    lines = figures[0].axes[0].lines
+    assert to_rgba(str(lines[0].get_color())) == to_rgba(colour)
+    assert lines[0].get_marker() == figures[1].axes[2].lines[0].get_marker() == "o"
+
+
+@pytest.mark.slow
+def test_maps_fit_on_a_slide() -> None:
+    with mpl.rc_context({"font.size": 16.0}), page_size("16:9"):
+        checks.check_layout(map_figure(compared(), "slip_work"))
 
 
 # ---- words and files ---------------------------------------------------------------------------
