@@ -55,8 +55,8 @@ CONTROLLER, RUN, FAILED = "controller", "run", "failed"
 FEW = 4  # a parameter with fewer values gives lines or panels, not an axis of a map
 PANELS = 3  # maximum number of values of a parameter that has a panel for each
 WIDE = 30.0  # largest / smallest value above which a scale is logarithmic
-CELLS, POINTS = 4000, 300  # numbers above which an SVG holds them as a picture
-BARS = 5  # maximum number of parameters whose rank correlations are drawn
+CELLS, MANY = 4000, 300  # numbers of cells and points above which an SVG holds them as a picture
+STEPS, POINTS, BARS = 400, 1000, 5  # largest numbers that are drawn of many runs and parameters
 QUANTILES = (0.05, 0.5, 0.95)
 CHANCE = 2.58  # standard deviations on both sides that contain 99 % of a normal distribution
 COLOURS = "viridis"  # perceptually uniform, and from dark to light in grey
@@ -413,17 +413,20 @@ def _sample_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure,
             known, points = values[~np.isnan(values)], look | {"linestyle": "none"}
             if known.size:
                 quantiles = np.quantile(known, QUANTILES, method="inverted_cdf")
-                left.ecdf(known, **look | {"marker": ""})
+                shares = np.linspace(0.0, 1.0, min(known.size, STEPS) + 1)
+                values_at = np.quantile(known, shares, method="inverted_cdf")
+                left.plot(values_at, shares, drawstyle="steps-post", **look | {"marker": ""})
                 left.plot(quantiles, QUANTILES, **points)
                 text = _summary(group, outcome, means, quantiles)
                 handles[text] = Line2D([], [], label=text, **look)
             at = np.arange(strength.shape[1]) + (number + 0.5) * 0.8 / len(groups) - 0.4
             bars: dict[str, Any] = {"height": 0.8 / len(groups), "hatch": HATCHES[number % 4]}
             right.barh(at, strength[number], color=look["color"], ec=paint.paper, lw=0.0, **bars)
+            some = slice(None, None, math.ceil(values.size / POINTS))
+            finite = np.where(np.isfinite(values), values, np.nan)[some]
+            fine = {"ms": 2.5, "alpha": 0.6, "mew": 0.0, "rasterized": finite.size > MANY}
             for axes, parameter in zip(below, varied, strict=False):
-                finite = np.where(np.isfinite(values), values, np.nan)
-                fine = {"ms": 2.5, "alpha": 0.6, "mew": 0.0, "rasterized": finite.size > POINTS}
-                axes.plot(parameter.values, finite, **points, **fine)
+                axes.plot(parameter.values[some], finite, **points, **fine)
         left.set(xlabel=_label(data[outcome]), ylim=(0.0, 1.0))
         labelled(left, "", "share of runs [%]", f"Distribution over {data.sizes[RUN]} runs")
         count = int(data[outcome].count(RUN).min())
@@ -455,7 +458,8 @@ def rank_correlation(parameter: DataArray, outcome: DataArray) -> float:
     """Spearman's rank correlation of the runs that have a value; nan if all values are equal."""
     known = ~np.isnan(outcome.values)
     x, y = parameter.values[known], outcome.values[known]
-    return float(spearmanr(x, y).statistic) if min(len(set(x)), len(set(y))) > 1 else math.nan
+    varies = x.size and x.min() < x.max() and y.min() < y.max()
+    return float(spearmanr(x, y).statistic) if varies else math.nan
 
 
 def _summary(group: Dataset, outcome: str, means: Outcome, quantiles: FloatArray) -> str:

@@ -131,7 +131,7 @@ def test_controllers_share_one_scale(tmp_path: Path) -> None:
     assert "no value" not in legend_texts(figure)
 
 
-def test_a_third_axis_has_panels(tmp_path: Path) -> None:
+def test_a_third_axis_has_panels() -> None:
     made = grid(
         {
             "adhesion_utilisation": lambda f, s, p: np.array(utilisation(f, s)) * p / 265e3,
@@ -142,7 +142,8 @@ def test_a_third_axis_has_panels(tmp_path: Path) -> None:
         load=LOAD[::2],
     )
     figure = map_figure(made, "adhesion_utilisation")
-    checks.check_all(figure, tmp_path)
+    checks.check_axes(figure)
+    checks.check_layout(figure)
     loads = [f"axle load {1e-3 * load:.4g} kN" for load in (LOAD[0], *LOAD[2:-1:4], LOAD[-1])]
     shown = titles(map_figure(made, "critical_torque"))
     assert len(shown) == maps.PANELS
@@ -273,8 +274,8 @@ def test_sample_shows_the_distribution(tmp_path: Path) -> None:
     for curve, points, name in zip(lines[::2], lines[1::2], CONTROLLERS, strict=False):
         values = sampled()["adhesion_utilisation"].sel(controller=name).dropna("run").values / 0.01
         x, share = (numbers(part)[1:] for part in curve.get_data())
-        assert_allclose(x, np.sort(values))
-        assert_allclose(share, np.arange(1, x.size + 1) / x.size)
+        upto = [np.mean(values <= at) for at in x]
+        assert_allclose(share, upto, atol=1.01 / values.size)
         for value, part in zip(*map(numbers, points.get_data()), strict=True):
             assert np.mean(values <= value) >= part > np.mean(values < value)
     assert any("3 failed" in text for text in legend_texts(figure))
@@ -316,8 +317,8 @@ def test_chance_stays_in_its_band() -> None:
     def strength(count: int) -> float:
         return maps.rank_correlation(*(xr.DataArray(rng.random(count)) for _ in range(2)))
 
-    strengths = np.abs([strength(200) for _ in range(2000)])
-    expected = pytest.approx(0.99, abs=4.0 * math.sqrt(0.0099 / 2000))
+    strengths = np.abs([strength(200) for _ in range(500)])
+    expected = pytest.approx(0.99, abs=4.0 * math.sqrt(0.0099 / 500))
     assert np.mean(strengths < limit) == expected
 
 
