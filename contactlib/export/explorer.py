@@ -30,7 +30,7 @@ from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.law_tables import Shape
 
 PAGE = PACKAGE / "export" / "explorer.html"
-KERNEL = PACKAGE / "export" / "explorer.wasm"
+KERNEL = PACKAGE / "export" / "explorer.wasm.zlib"  # compressed
 DATA = '<script type="application/json" id="{}">{}</script>'  # nothing runs it
 SHAPES: tuple[Shape, ...] = ("line", "elliptic")
 PLACES = ("kernel", *(f"table-{shape}" for shape in SHAPES), "given-model")  # that are filled here
@@ -112,8 +112,8 @@ def _planes(numbers: NDArray[Any]) -> bytes:
 def _kernel_and_tables() -> tuple[str, ...]:
     """The kernel and the tables, compressed and in base64."""
     tables = (packed_table(kernel.shipped_path(shape).read_bytes()) for shape in SHAPES)
-    data = (KERNEL.read_bytes(), *tables)
-    return tuple(b64encode(zlib.compress(each, 9)).decode("ascii") for each in data)
+    data = (KERNEL.read_bytes(), *(zlib.compress(table, 9) for table in tables))
+    return tuple(b64encode(each).decode("ascii") for each in data)
 
 
 def _checked_text(model: str | os.PathLike[str]) -> str:

@@ -118,7 +118,7 @@ ALWAYS_INLINE void evaluate_contacts_of(contacts *c, int which) {
     }
 }
 
-/* One function each, as the compiler leaves out what is not asked for. */
+/* One function each, as the compiler leaves out what the caller does not need. */
 static inline void contacts_evaluate_force(contacts *c) { evaluate_contacts_of(c, ONLY_FORCE); }
 
 static inline void contacts_evaluate_motion(contacts *c) { evaluate_contacts_of(c, MOTION); }
