@@ -61,7 +61,7 @@ def test_kernel_and_shells_are_clean_under_sanitizers(
     fmu = Fmu(rig, tmp_path / "a b")
     program = sanitized.program("test_native")
     tables = [rig.wheelset.element.table, *table_shapes(cohesive_table)]
-    for table, points in zip(tables, ("10000", "2000", "2000", "2000"), strict=True):
+    for table, points in zip(tables, ("3000", "1000", "1000", "1000"), strict=True):
         table.save(fmu.resources / "creep_table.bin")
         clean([program, points, fmu.location, fmu.token])
 
