@@ -489,7 +489,9 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
     memory_place m = memory_at(p, in, at, 0.0, steady);
-    UNROLLED for (int i = 0; derivatives && i < 5; i++) {
+    hold_forces(p, in, at, &m, out);
+    if (!derivatives) return;
+    UNROLLED for (int i = 0; i < 5; i++) {
         memory_direction d;
         double rate[3];
         memset(&d, 0, sizeof d);
@@ -506,7 +508,6 @@ ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_
         memory_change(&m, at, &d, rate);
         set_rates_by(i, rate, out);
     }
-    hold_forces(p, in, at, &m, out);
 }
 
 /* Without load or friction the memory fades with the distance that the surfaces move. */
