@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any, cast
 
 import contactlib as cl
+from contactlib.files.scenario import ControllerDesign
 from contactlib.traction import OpenLoop, Sensors
 from contactlib.vehicle import Drivetrain
 
@@ -32,8 +33,13 @@ def plain_scenario(vehicle: cl.Wheelset | Drivetrain, **changes: Any) -> cl.Scen
 
 
 def wet_patch(sensors: Sensors | Mapping[str, Any] | None = None, **changes: Any) -> cl.Scenario:
-    """The shipped scenario of a wet patch; a mapping changes the file's sensors."""
+    """The shipped scenario of a wet patch with every kind of controller.
+
+    A mapping changes the file's sensors.
+    """
     shipped = cl.load_scenario("dry_wet_dry.toml")
+    kinds = {kind: ControllerDesign(kind, {}) for kind in cl.CONTROLLERS}
+    changes = {"controllers": {**kinds, **shipped.controllers}, **changes}
     if not isinstance(sensors, Sensors):
         sensors = replace(shipped.sensors, **(sensors or {}))
     return replace(shipped, sensors=sensors, **changes)

@@ -210,7 +210,7 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
     v->input.unslipped = task->input.unslipped;
     int loaded = v->output.saturation_creepage > 0.0;
     v->output.creep_force = loaded ? memory.force : 0.0;
-    v->output.wheel_torque = -radius * v->output.creep_force;
+    set_by_force(&v->contact, &v->input, &v->output);
     v->output.traction_coefficient = loaded ? memory.force / v->input.normal_load : 0.0;
 }
 

@@ -49,13 +49,14 @@ typedef struct {
     double spin_moment;          /* on the wheel, about the vertical axis upwards [N.m] */
     double creepage;             /* zeta [1] */
     double traction_coefficient; /* creep force over normal load [1] */
-    double normalized_creepage;  /* x = zeta/zeta0 [1] */
-    double force_gradient;       /* of the steady force by slip velocity at fixed speed [N.s/m] */
-    double k_hat;                /* at this load, friction and slip speed [1] */
-    double saturation_creepage;  /* zeta0 at this load, friction and slip speed [1] */
-    double process_zone_ratio;   /* weakening zone over contact semi-width, as above [1] */
-    double contact_temperature;  /* T, mean flash temperature by which friction falls [K] */
-    double steady_traction;      /* creep force over load in steady rolling [1] */
+    /* force_element_tangent differentiates those above; the FMU takes differences of others. */
+    double normalized_creepage; /* x = zeta/zeta0 [1] */
+    double force_gradient;      /* of the steady force by slip velocity at fixed speed [N.s/m] */
+    double k_hat;               /* at this load, friction and slip speed [1] */
+    double saturation_creepage; /* zeta0 at this load, friction and slip speed [1] */
+    double process_zone_ratio;  /* weakening zone over contact semi-width, as above [1] */
+    double contact_temperature; /* T, mean flash temperature by which friction falls [K] */
+    double steady_traction;     /* creep force over load in steady rolling [1] */
     double sticking;          /* part of a contact with memory that sticks in steady rolling [1] */
     double traction_rate;     /* d(held traction)/dt [1/s] */
     double lateral_rate;      /* d(held lateral)/dt [1/s] */

@@ -266,6 +266,14 @@ ALWAYS_INLINE void add_layer(const force_element_parameters *p, force_state *at)
     at->place = softened_with_layer(p->softening, at->x, at->k_hat, at->scales.layer_ratio);
 }
 
+/* Outputs that follow from the creep force, be it the steady one, that of a contact with memory or
+ * the mean of an implicit step. */
+ALWAYS_INLINE void set_by_force(const force_element_parameters *p, const force_element_input *in,
+                                force_element_output *out) {
+    (void)in; /* for outputs that also depend on velocities or load */
+    out->wheel_torque = -p->radius * out->creep_force;
+}
+
 /* Outputs that depend only on the velocities or the load. */
 ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force_element_input *in,
                                   const force_state *at, force_element_output *out) {
@@ -332,7 +340,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     set_kinematics(p, in, at, out);
     out->creep_force = sliding * q.traction_ratio;
     out->lateral_force = out->spin_moment = 0.0;
-    out->wheel_torque = -p->radius * out->creep_force;
+    set_by_force(p, in, out);
     out->normalized_creepage = x;
     out->traction_coefficient = at->kinetic * q.traction_ratio;
     out->force_gradient = by_creepage * at->inverse_speed;
@@ -464,7 +472,7 @@ ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_el
     out->traction_coefficient = in->held_traction;
     out->creep_force = load * in->held_traction;
     out->lateral_force = load * in->held_lateral;
-    out->wheel_torque = -p->radius * out->creep_force;
+    set_by_force(p, in, out);
     out->force_by_load = in->held_traction;
     out->force_by_traction = load;
     out->force_by_omega = out->force_by_speed = 0.0;

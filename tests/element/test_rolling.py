@@ -134,7 +134,8 @@ def test_a_finer_reference_gives_the_same_errors(excess: float, k_hat: float) ->
         assert rms(coarse - fine[1::2]) < 0.002
 
 
-@pytest.mark.parametrize("length", [6.0, pytest.param(24.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [6.0, 24.0])
 def test_steps_of_a_line_contact(length: float) -> None:
     contact = cl.LineContact(
         normal_load_per_length=7e6,

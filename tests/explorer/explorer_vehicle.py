@@ -30,8 +30,8 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
         (contact, "semi_width peak_pressure"),
         (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed memory"),
         (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
-        (wheelset, "radius inertia mass damping"),
-        (resistance, "constant linear quadratic grade"),
+        (wheelset, " ".join(["radius", *wheelset.quantities()])),
+        (resistance, " ".join(resistance.quantities())),
     )
     return {
         "name": "a wheelset",

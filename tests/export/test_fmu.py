@@ -210,6 +210,8 @@ def test_directional_derivatives_are_the_kernel_s(
         tool.set(**{n: v for n, v in point.items() if n in tool.references})
         found = tool.derivative(unknowns, knowns, list(seed.values()))
         assert found == expected
+        for n, value in zip(unknowns, found, strict=True):
+            assert tool.derivative([n], knowns, list(seed.values())) == [value], n
         if version == 2:
             return
         weights = rng.normal(size=len(unknowns))

@@ -470,6 +470,7 @@ def test_page_s_code_runs(
     assert 10.0 < speed < 15.0
 
 
+@pytest.mark.slow
 def test_command_writes_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     model = cl.load_model("locomotive.toml")

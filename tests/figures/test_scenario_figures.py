@@ -296,6 +296,7 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
         assert axes.get_xlim()[1] == first.time[-1]
 
 
+@pytest.mark.slow
 def test_a_stop_shows_speeds_and_its_distance() -> None:
     case = replace(cl.load_scenario("wheel_slide_protection.toml"), initial_speed=4.0, duration=9.0)
     stops = {name: cl.run_scenario(case, name) for name in ("open_loop", "wsp")}
@@ -346,6 +347,8 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         "quadratic": 2.0,
         "grade": -0.01,
     }
+    resistance_keys = {*wheelset.resistance.quantities()}
+    assert ({*of_body}, {*of_resistance}) == ({*wheelset.quantities()}, resistance_keys)
     others = {name: replace(element, **{name: value}) for name, value in of_element.items()}
     for name, value in of_friction.items():
         others[name] = replace(element, friction=replace(friction, **{name: value}))

@@ -168,7 +168,7 @@ MANY = {
     "deep lists": (f"x = {'[' * 100_000}", "nested too deeply"),
     "deep tables": (f"x = {'{a=' * 100_000}", "nested too deeply"),
     "long names": (f"{'x' * 100_000} = 1", "..."),
-    "long lists": (toml_file(SWEEP | {"outcomes": {"x": [0.5] * 100_000}}), "outcomes = {'x'"),
+    "long lists": (toml_file(SWEEP | {"outcomes": {"x": [0.5] * 20_000}}), "outcomes = {'x'"),
     "names of two lines": (r'"a\nb" = 1', r"a\nb is not a known key"),
     "texts of two lines": (
         toml_file(SWEEP | {"axes": "a\r\x1b\nb"}),
@@ -190,7 +190,7 @@ def test_large_and_odd_contents(name: str, tmp_path: Path) -> None:
 
 def test_long_profile_is_read(tmp_path: Path) -> None:
     contents = tomllib.loads((MODELS / "dry_wet_dry.toml").read_text(encoding="utf-8"))
-    places = [float(i) for i in range(100_000)]
+    places = [float(i) for i in range(20_000)]
     contents["track"] = {"distance": places, "friction": [1.0] * len(places)}
     contents["vehicle"] = "locomotive.toml"
     path = tmp_path / "long.toml"

@@ -54,6 +54,7 @@ def test_a_map_is_the_lists_in_a_file(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_runs_are_those_of_the_lists_and_a_flat_map_is_none(tmp_path: Path) -> None:
     runs = {}
     for name, track, csv in (

@@ -459,7 +459,8 @@ def test_smallest_and_largest_creepages(contact: Any) -> None:
     assert np.abs(law.slope([1e14, 1e300])).max() < 1e-20
 
 
-@pytest.mark.parametrize("k_hat", [pytest.param(1e-5, marks=pytest.mark.slow), 1e-3])
+@pytest.mark.slow
+@pytest.mark.parametrize("k_hat", [1e-5, 1e-3])
 def test_friction_with_a_long_tail_in_a_short_zone(k_hat: float) -> None:
     weakening = Friction.from_function(cubic).weakening
     law = CohesiveZone(k_hat=k_hat, static_to_kinetic=RATIO, weakening=weakening)

@@ -379,6 +379,7 @@ def test_memory_slows_growth_at_low_speed_only(locomotive: cl.Model) -> None:
     assert 0.05 < slowed[1] < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [5.0, 2.0])
 def test_memory_enlarges_limit_cycles_only_where_rolling_is_not_steady(
     held: cl.Wheelset, speed: float

@@ -100,6 +100,7 @@ def test_driving_is_not_controlled(locomotive: cl.Model) -> None:
     assert control.sample(seen, control.start(seen, 2e4))[0] == 2e4
 
 
+@pytest.mark.slow
 def test_it_stops_earlier_than_locked_wheels_and_keeps_them_turning() -> None:
     """Friction falls with slip speed; the brake, the rails and the noise are those of the file."""
     case = cl.load_scenario("wheel_slide_protection.toml")

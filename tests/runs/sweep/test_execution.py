@@ -102,14 +102,8 @@ def known(path: Path) -> bytes:
 # ---- who runs it ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("workers", "chunk"),
-    [
-        (2, 5),
-        pytest.param(1, 1, marks=pytest.mark.slow),
-        pytest.param(2, None, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("workers", "chunk"), [(1, 1), (2, 5), (2, None)])
 def test_threads_processes_and_chunks_do_not_matter(
     path: Path, known: bytes, tmp_path: Path, workers: int, chunk: int | None
 ) -> None:
