@@ -118,7 +118,11 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
         ("", r"line 1: it must name the columns"),
         (b"\xff\xfe\x00", r"line 1: "),
-        (b"#" * (MAX_MAP_BYTES + 1), r"the file is too large: it must have <= 10 MB"),
+        pytest.param(
+            b"#" * (MAX_MAP_BYTES + 1),
+            r"the file is too large: it must have <= 10 MB",
+            id="too large",
+        ),
     ],
 )
 def test_mistakes_in_a_map_are_named(tmp_path: Path, csv: str | bytes, message: str) -> None:
