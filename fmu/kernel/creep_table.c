@@ -49,20 +49,23 @@ static int in_range(const creep_table *table, double x, double k_hat, double lay
            layer_ratio <= max_layer;
 }
 
+/* Values at a point; not numbers outside the table's range. */
+static creep_value value_at(const creep_table *table, double x, double k_hat, double layer_ratio) {
+    creep_value value;
+    value.traction_ratio = value.slope = NAN;
+    if (in_range(table, x, k_hat, layer_ratio))
+        creep_table_evaluate(table, x, k_hat, layer_ratio, &value);
+    return value;
+}
+
 double creep_table_ratio(const creep_table *table, double normalized_creepage, double k_hat,
                          double layer_ratio) {
-    creep_value value;
-    if (!in_range(table, normalized_creepage, k_hat, layer_ratio)) return NAN;
-    creep_table_evaluate(table, normalized_creepage, k_hat, layer_ratio, &value);
-    return value.traction_ratio;
+    return value_at(table, normalized_creepage, k_hat, layer_ratio).traction_ratio;
 }
 
 double creep_table_slope(const creep_table *table, double normalized_creepage, double k_hat,
                          double layer_ratio) {
-    creep_value value;
-    if (!in_range(table, normalized_creepage, k_hat, layer_ratio)) return NAN;
-    creep_table_evaluate(table, normalized_creepage, k_hat, layer_ratio, &value);
-    return value.slope;
+    return value_at(table, normalized_creepage, k_hat, layer_ratio).slope;
 }
 
 double creep_table_place(double normalized_creepage, double k_hat) {
