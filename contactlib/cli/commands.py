@@ -94,14 +94,14 @@ def simulate(
         raise ValueError(f"--control {control} cannot be combined with --compare, which runs all")
     if controller is not None and control is not None:
         raise ValueError("--control cannot be combined with --controller; --compare runs all")
-    own = {}
+    added = {}
     if controller is not None:
-        control, found = load_controller(controller)
-        own = {control: found}
+        control, loaded_controller = load_controller(controller)
+        added = {control: loaded_controller}
     loaded = with_progress(lambda progress: load_scenario(scenario, progress=progress))
     if seed is not None:
         loaded = replace(loaded, sensors=replace(loaded.sensors, seed=float(seed)))
-    loaded = with_controllers(scenario, loaded, own)
+    loaded = with_controllers(scenario, loaded, added)
     names = list(loaded.controllers)
     if control is not None and control not in names:
         raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
@@ -162,12 +162,12 @@ def sweep(
 
     if cluster is not None and (processes or workers is not None):
         raise ValueError("--cluster cannot be combined with --processes or --workers")
-    own = {} if controller is None else dict([load_controller(controller)])
+    added = {} if controller is None else dict([load_controller(controller)])
     files = [] if controller is None else [controller.rpartition(":")[0]]
     loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
-    if taken := set(own) & set(loaded.plan.controllers):
+    if taken := set(added) & set(loaded.plan.controllers):
         raise ValueError(f"{sweep} has a controller {min(taken)} itself: take another name")
-    loaded = sweeps.with_own(loaded, own, {})
+    loaded = sweeps.with_own(loaded, added, {})
     folder = output or Path(f"contactlib-{loaded.stem}")
     count = workers or sweeps.default_workers()
     reporter, pace = ConsoleReporter(), Pace()
@@ -179,7 +179,7 @@ def sweep(
         reporter.line(f"{loaded.name}: {loaded.summary}; {pool.count} workers")
         try:
             with reporter.countdown("Running", pace) as progress:
-                found = sweeps.ensemble(
+                results = sweeps.ensemble(
                     loaded,
                     executor=pool,
                     output=folder,
@@ -195,14 +195,14 @@ def sweep(
         if pace.part > 0.0 and loaded.simulated_time > 0.0:
             rate = pace.part * loaded.simulated_time / pace.elapsed
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
-    for line in sweeps.report(loaded, found):
+    for line in sweeps.report(loaded, results):
         reporter.line(line)
-    all_failed = bool((found["failed"] == 1).all())
+    all_failed = bool((results["failed"] == 1).all())
     if not (no_maps or all_failed):
         from contactlib.figures import draw_maps
 
         with reporter.step("Drawing the maps"):
-            draw_maps(found, folder, formats)
+            draw_maps(results, folder, formats)
     beside = "" if no_maps or all_failed else ", and maps beside it"
     reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
     if all_failed:
@@ -269,14 +269,14 @@ def tune(
     from contactlib.cli.report import write_tuning
     from contactlib.files.scenario import load_scenario
 
-    own = {}
+    added = {}
     if controller is not None:
-        name, found = load_controller(controller)
-        own, controllers = {name: found}, (*controllers, name)
+        name, loaded_controller = load_controller(controller)
+        added, controllers = {name: loaded_controller}, (*controllers, name)
     loaded = with_progress(
         lambda progress: [
-            with_controllers(one, load_scenario(one, progress=progress), own)
-            for one in (scenario, *also)
+            with_controllers(file, load_scenario(file, progress=progress), added)
+            for file in (scenario, *also)
         ]
     )
     folder = output or Path(f"contactlib-tune-{Path(scenario).stem}")
@@ -324,11 +324,11 @@ def benchmark(
 
     if trials is not None and controller is None:
         raise ValueError(f"--trials {trials} needs --controller: it is about a controller of yours")
-    own = {} if controller is None else dict([load_controller(controller)])
-    tried = {} if trials is None else dict.fromkeys(own, trials)
+    added = {} if controller is None else dict([load_controller(controller)])
+    tried = {} if trials is None else dict.fromkeys(added, trials)
     reporter = ConsoleReporter()
     with reporter.countdown("Running the benchmark", Pace()) as progress:
-        found = run_benchmark(own, trials=tried, seed=seed, small=small, progress=progress)
-    print_line(found.table())
-    found.write(output)
+        scores = run_benchmark(added, trials=tried, seed=seed, small=small, progress=progress)
+    print_line(scores.table())
+    scores.write(output)
     print_line(f"The scores and every run are in {output}")

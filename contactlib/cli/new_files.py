@@ -61,11 +61,11 @@ def write_table(
                 given[name] = _numbers(f"--{name.replace('_', '-')}", given[name], unit)
         if "load" in given:
             given["normal_load"] = given.pop("load")
-        found = lookup_table(load(), **given)
-        sizes = " x ".join(f"{size} {name}" for name, size in found.sizes.items())
+        curve = lookup_table(load(), **given)
+        sizes = " x ".join(f"{size} {name}" for name, size in curve.sizes.items())
         print_line(
-            f"{write_lookup_table(found, output)}: {sizes}, largest error of "
-            f"interpolation found {found.attrs['largest_error_found']:.2g} of the largest force"
+            f"{write_lookup_table(curve, output)}: {sizes}, largest error of "
+            f"interpolation found {curve.attrs['largest_error_found']:.2g} of the largest force"
         )
         return
     if given:

@@ -38,16 +38,18 @@ def load_controller(place: str) -> tuple[str, Controller]:
     module = _run(Path(file))
     known, stem = vars(module), module.__name__
     if name not in known:
-        own = [key for key, value in known.items() if getattr(value, "__module__", "") == stem]
-        raise ValueError(f"--controller {place}: the file has no {name}; {known_names(name, own)}")
-    found = known[name]
-    if isinstance(found, type):
+        names = [key for key, value in known.items() if getattr(value, "__module__", "") == stem]
+        raise ValueError(
+            f"--controller {place}: the file has no {name}; {known_names(name, names)}"
+        )
+    controller = known[name]
+    if isinstance(controller, type):
         try:
-            found = found()
+            controller = controller()
         except USERS_ERRORS as error:
             line = explained(f"--controller {place}", error)
             raise RuntimeError(f"{line}; or name an object that the file makes of it") from error
-    return name, checked_controller(f"--controller {place}", found)
+    return name, checked_controller(f"--controller {place}", controller)
 
 
 def with_controllers(

@@ -75,29 +75,29 @@ def write_report(
     for line in outlook(scenario):
         reporter.line(line)
     results: dict[str, Result] = {}
-    found: dict[str, Metrics] = {}
+    all_metrics: dict[str, Metrics] = {}
     for name in names:
         with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
             results[name] = run_scenario(scenario, name, progress=progress)
-        found[name] = metrics(results[name], scenario.drivetrain)
+        all_metrics[name] = metrics(results[name], scenario.drivetrain)
         for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
-    reporter.line(comparison_table(found))
+    reporter.line(comparison_table(all_metrics))
     output.mkdir(parents=True, exist_ok=True)
     for name, result in results.items():
         result.to_csv(output / f"{name}.csv")
     parts = drivetrain_setting(scenario.drivetrain), track_text(scenario), sensors_text(scenario)
     caption = " ".join(part for part in parts if part)
     slowest = scenario.drivetrain.wheelset.element.minimum_speed
-    write_comparison(output, found)
+    write_comparison(output, all_metrics)
     with reporter.step(f"{scenario.name}: drawing"):
         drawn = {
             name: figures.scenario_run(
                 results[name],
-                found[name],
+                all_metrics[name],
                 title=f"{scenario.name}: {figures.run_name(name)}",
                 caption=caption,
                 over=over,
@@ -108,7 +108,7 @@ def write_report(
         if len(names) > 1:
             drawn["comparison"] = figures.comparison(
                 results,
-                found,
+                all_metrics,
                 title=scenario.name,
                 caption=caption,
                 over=over,
@@ -119,7 +119,7 @@ def write_report(
                 (output / f"comparison.{suffix}").unlink(missing_ok=True)  # from earlier runs
         for name, figure in drawn.items():
             figures.save_pictures(figure, output, name, formats)
-    return found
+    return all_metrics
 
 
 def track_text(scenario: Scenario) -> str:
@@ -151,18 +151,20 @@ def sensors_text(scenario: Scenario) -> str:
         ),
         f"encoder with {sensors.encoder_pulses:g} pulses": sensors.encoder_pulses,
     }
-    found = ", ".join(text for text, value in errors.items() if value)
+    causes = ", ".join(text for text, value in errors.items() if value)
     return (
         f"Sensors: delay {1e3 * sensors.delay:.3g} ms, noise {sensors.wheel_speed_noise:.2g} "
         f"and {sensors.vehicle_speed_noise:.2g} m/s on wheel and vehicle speed."
-        + (f" {found[0].upper()}{found[1:]}." if found else "")
+        + (f" {causes[0].upper()}{causes[1:]}." if causes else "")
     )
 
 
 def sample_times(scenario: Scenario) -> list[float]:
     """Sample times of the scenario's controllers, sorted; continuous ones have none."""
     every = map(scenario.any_controller, scenario.controllers)
-    return sorted({one.sample_time for one in every if not isinstance(one, ContinuousController)})
+    return sorted(
+        {control.sample_time for control in every if not isinstance(control, ContinuousController)}
+    )
 
 
 def outlook(scenario: Scenario) -> list[str]:
@@ -272,7 +274,9 @@ def write_tuning(
                     tuned[name] = tune(
                         scenarios, name, trials=trials, seeds=seeds, progress=progress
                     )
-                sections = [one.section(key, first.controllers[key]) for key, one in tuned.items()]
+                sections = [
+                    tuning.section(key, first.controllers[key]) for key, tuning in tuned.items()
+                ]
                 write_whole(settings, "\n".join(sections).encode())
             _report_tuning(scenarios, tuned, folder, reporter, formats)
         except KeyboardInterrupt:
@@ -299,8 +303,8 @@ def _report_tuning(
         ["", "", *(cell for name in objective for cell in (name, ""))],
         ["controller", "scenario", *["designed", "tuned"] * len(objective)],
     ]
-    for name, found in tuned.items():
-        for scenario, *both in zip(scenarios, found.designed, found.tuned, strict=True):
+    for name, tuning in tuned.items():
+        for scenario, *both in zip(scenarios, tuning.designed, tuning.tuned, strict=True):
             pairs = zip(*(values.mean(axis=-1) for values in both), strict=True)
             rows.append(
                 [name, scenario.name, *(f"{value:.3f}" for pair in pairs for value in pair)]
@@ -312,7 +316,7 @@ def _report_tuning(
     reporter.line("over all scenarios, sensors and noises. With noise that it has not seen:")
     reporter.line(fixed_width(rows))
     with reporter.step("Running with sensors that err") as progress:
-        controls = {name: found.controllers for name, found in tuned.items()}
+        controls = {name: tuning.controllers for name, tuning in tuned.items()}
         errors = sensor_errors(scenarios, controls, progress=progress)
     frame = errors.to_dataframe().reset_index()
     write_whole(folder / "errors.csv", frame.to_csv(index=False, lineterminator="\n").encode())
@@ -335,8 +339,8 @@ def errors_table(errors: xr.DataArray) -> str:
     for scenario in errors.scenario.values:
         rows = [["sensors", *map(run_name, errors.controller.values)]]
         for error in errors.error.values:
-            one = errors.sel(scenario=scenario, error=error)
-            cells = zip(one.mean("noise").values, one.min("noise").values, strict=True)
+            noises = errors.sel(scenario=scenario, error=error)
+            cells = zip(noises.mean("noise").values, noises.min("noise").values, strict=True)
             rows.append([error, *(f"{mean:.3f} ({smallest:.3f})" for mean, smallest in cells)])
         title = f"{scenario}: limited utilisation, mean over noise (minimum)"
         lines += [title, fixed_width(rows), ""]

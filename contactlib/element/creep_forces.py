@@ -223,12 +223,12 @@ class CreepForces(Parameters):
                     f"{MIN_SEMI_AXIS:g} where there is a normal_load, here "
                     f"{short['normal_load'][0]:g}; only a wheel without load has no contact"
                 )
-        found = self.native.evaluate(inputs)
-        if found["aspect_limited"].any():
+        outputs = self.native.evaluate(inputs)
+        if outputs["aspect_limited"].any():
             warnings.warn(
                 "semi_axis_x/semi_axis_y is outside 1/8 to 8: the shape of the force is that of "
                 "the nearer end",
                 AspectWarning,
                 stacklevel=2,
             )
-        return found
+        return outputs

@@ -192,7 +192,9 @@ class ForceElement(Parameters):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RangeWarning)
             clean = replace(self, layer_compliance=0.0)
-        slopes = [one.at_creepage(0.0, speed=10.0)["force_gradient"] for one in (self, clean)]
+        slopes = [
+            element.at_creepage(0.0, speed=10.0)["force_gradient"] for element in (self, clean)
+        ]
         reduction = self.slope_reduction * float(slopes[0] / slopes[1])
         return (
             f", which has no layer: slope_reduction = {reduction:.3g} in place of layer_compliance "
@@ -478,11 +480,11 @@ class ForceElement(Parameters):
         types = {type(omega), type(speed), type(load), type(friction_scale)}
         if types <= NUMBERS and not others:
             try:
-                found = native.force(omega, speed, load, friction_scale)
+                force = native.force(omega, speed, load, friction_scale)
             except OverflowError:  # of a whole number
-                found = math.nan
-            if found == found:  # else an input is out of range
-                return np.array(found)
+                force = math.nan
+            if force == force:  # else an input is out of range
+                return np.array(force)
         given = {
             "omega": omega,
             "speed": speed,

@@ -232,8 +232,8 @@ class Description:
     def carriers(self) -> str:
         """The wheels that share the load and give the force, in words."""
         wheels = self.element.wheels
-        one = "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
-        return one if self.wheels == 1 else f"each of {self.wheels}: {one}"
+        group = "one wheel" if wheels == 1.0 else f"{wheels:g} wheels together"
+        return group if self.wheels == 1 else f"each of {self.wheels}: {group}"
 
     @property
     def has_contact(self) -> bool:
@@ -343,8 +343,8 @@ class Description:
             "if_thermal": self.kind != "wheelset_body" and thermal,
             "if_slip_counts": self.pair is not None and (thermal or decays),
         }
-        found = [self._variable(i, v) for i, v in entries if parts[v.part]]
-        return tuple(found if self.arrays else (e for v in found for e in v.elements()))
+        chosen = [self._variable(i, v) for i, v in entries if parts[v.part]]
+        return tuple(chosen if self.arrays else (e for v in chosen for e in v.elements()))
 
     def is_common(self, name: str, role: str) -> bool:
         """Whether all wheels have a variable in common."""

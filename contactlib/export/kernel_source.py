@@ -100,7 +100,7 @@ def kernel_files(description: Description) -> dict[str, str]:
         **checks,
     }
     return {
-        name: re.sub(r"@(\w+)@", lambda found: filled[found[1]], text)
+        name: re.sub(r"@(\w+)@", lambda match: filled[match[1]], text)
         for name, text in templates.items()
     }
 
@@ -145,18 +145,18 @@ def _lines(name: str, seen: set[str]) -> Iterator[str]:
 
 def _csharp() -> str:
     """The structs in C#. They are doubles throughout, so that nothing is copied in a call."""
-    found = []
+    structs = []
     for name in ("force_element_parameters", "force_element_input", "force_element_output"):
         text = f"public double {', '.join(field for field, _ in kernel.ffi.typeof(name).fields)};"
         members = "\n".join(wrap(text, 98, initial_indent=8 * " ", subsequent_indent=12 * " "))
         public = name.removeprefix("force_element_").capitalize()
-        found.append(f"    public struct {public} {{\n{members}\n    }}\n")
+        structs.append(f"    public struct {public} {{\n{members}\n    }}\n")
     size = kernel.ffi.sizeof("slip_memory")
     layout = f"[StructLayout(LayoutKind.Sequential, Size = {size})]"
-    found.append(
+    structs.append(
         f"    {layout}\n    public struct Memory {{\n        public double known;\n    }}\n"
     )
-    return "\n".join(found)
+    return "\n".join(structs)
 
 
 # ---- the model -----------------------------------------------------------------------------------

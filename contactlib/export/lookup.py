@@ -121,12 +121,14 @@ def lookup_table(
         _check_size([100, *(axis.size for axis in axes.values())])  # creepages, at least
         axes["creepage"] = _creepages(element, axes, largest, tolerance, count)
         table = _table(element, axes)
-        found, points = _error_between(element, table, chosen)
-        if found <= error:
+        largest_error, points = _error_between(element, table, chosen)
+        if largest_error <= error:
             break
         count *= 2
     else:
-        raise ValueError(f"error = {error!r} is out of reach for this law: {found:.2g} is left")
+        raise ValueError(
+            f"error = {error!r} is out of reach for this law: {largest_error:.2g} is left"
+        )
     several = [name for name in given if axes[name].size > 1]
     other = ""
     if several != chosen:
@@ -141,7 +143,7 @@ def lookup_table(
         law=element.table.law,
         interpolation="linear",
         error=error,
-        largest_error_found=found,
+        largest_error_found=largest_error,
         error_is="of the interpolated creep_force, over the largest force at the same load, "
         f"speed and friction; measured at {points} points{other}",
         symmetry="the force at a negative creepage is minus that at the positive one",

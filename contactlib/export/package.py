@@ -123,12 +123,12 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
             "spin_velocity": start["speed"] * turning,
         }
     inputs = replace(description, arrays=True).of_role("input")
-    found = {"time": time}
+    rows = {"time": time}
     for v in inputs:
         first = columns[v.name][0]
-        for i, one in enumerate(v.elements()):
-            found[one.name] = first + (1.0 - 0.03 * i) * (columns[v.name] - first)
-    return found
+        for i, scalar in enumerate(v.elements()):
+            rows[scalar.name] = first + (1.0 - 0.03 * i) * (columns[v.name] - first)
+    return rows
 
 
 def reference_run(description: Description) -> bytes:
@@ -242,10 +242,10 @@ def _sources(fmi_version: int) -> dict[str, bytes]:
     The importer supplies the standard's headers.
     """
     other = f"fmi{5 - fmi_version}"
-    found = {p.name: p.read_bytes() for p in c_sources() if not p.name.startswith(other)}
+    sources = {p.name: p.read_bytes() for p in c_sources() if not p.name.startswith(other)}
     # The build sets this by a flag; see fmu/fmi/token.h.
-    found["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
-    return found
+    sources["token_value.h"] = f'#define CONTACTLIB_TOKEN "{kernel.token()}"\n'.encode()
+    return sources
 
 
 def _start_values_file(description: Description) -> bytes:

@@ -231,8 +231,8 @@ def readable_table(table: CreepForceTable, layer_ratio: float = 0.0) -> bytes:
     rows = [f"normalized_creepage,k_hat,{'layer_ratio,' if layer else ''}traction_ratio,slope"]
     for k_hat in [0.0] if table.one_axis else np.linspace(0.0, table.k_max, 21):
         label = "" if table.one_axis else f"{k_hat:.9g}"
-        found = table.traction_ratio(x, k_hat, layer_ratio), table.slope(x, k_hat, layer_ratio)
-        values = zip(x, *found, strict=True)
+        curves = table.traction_ratio(x, k_hat, layer_ratio), table.slope(x, k_hat, layer_ratio)
+        values = zip(x, *curves, strict=True)
         rows += [f"{v:.9g},{label},{layer}{ratio:.9g},{slope:.9g}" for v, ratio, slope in values]
     return "\n".join([*rows, ""]).encode("ascii")
 

@@ -71,10 +71,10 @@ def binaries(
     libraries = _libraries(_checked(platforms))
     members = {}
     for folder, served in (FMI2_FOLDERS if fmi_version == 2 else FMI3_FOLDERS).items():
-        found = [name for name in served if name in libraries]
-        if found:
-            suffix = kernel.library_path(found[0]).suffix
-            slices = [libraries[name] for name in found]
+        available = [name for name in served if name in libraries]
+        if available:
+            suffix = kernel.library_path(available[0]).suffix
+            slices = [libraries[name] for name in available]
             data = universal(slices) if folder == "darwin64" else slices[0]
             members[f"binaries/{folder}/{model_identifier}{suffix}"] = data
     return members
@@ -96,8 +96,8 @@ def _checked(platforms: Sequence[str] | None) -> list[str]:
 def _libraries(names: list[str]) -> dict[str, bytes]:
     """Library of each platform, all of the same sources as this machine's."""
     lacking = to_compile(names)
-    found = {name: _compiled(name) if name in lacking else _found(name) for name in names}
-    return {name: data for name, data in found.items() if data is not None}
+    available = {name: _compiled(name) if name in lacking else _found(name) for name in names}
+    return {name: data for name, data in available.items() if data is not None}
 
 
 def to_compile(platforms: Sequence[str] | None) -> list[str]:

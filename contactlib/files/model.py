@@ -73,7 +73,7 @@ class BuildCache:
 
     def section(self, name: str, keys: Keys, data: Mapping[str, Any], make: Any = dict) -> Any:
         """Object that `make` builds from a section, or from defaults if the file omits it."""
-        if name not in data and any(one.needed for one in keys.values()):
+        if name not in data and any(key.needed for key in keys.values()):
             raise ValueError(f"{name} is missing")
         return self(("section", name), _section, name, keys, data.get(name, EMPTY), make)
 
@@ -93,8 +93,8 @@ def _section(name: str, keys: Keys, table: object, make: Callable[..., Made]) ->
         return make(**given)
 
 
-def _differ(one: Any, other: Any) -> bool:
-    return one is not other and not (type(one) is type(other) in (float, dict) and one == other)
+def _differ(last: Any, given: Any) -> bool:
+    return last is not given and not (type(last) is type(given) in (float, dict) and last == given)
 
 
 class Missing:
@@ -270,8 +270,8 @@ def build_wheelset(
         element = cache.made("law", ForceElement.from_curve, table, contact, **sizes, memory=memory)
     else:
         table = table or cache.made("law", law_table, law, contact, friction, progress)
-        own = {"table": table, "slope_reduction": reduction, "memory": memory}
-        sizes = {**arguments(ForceElement, body), **own}
+        chosen = {"table": table, "slope_reduction": reduction, "memory": memory}
+        sizes = {**arguments(ForceElement, body), **chosen}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)
     if "inertia" not in body:
         known: dict[str, Any] = {"element": element, "radius": element.radius}

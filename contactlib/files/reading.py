@@ -88,22 +88,22 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     well be the cause of the mistakes.
     """
     place, outer = os.fspath(path), _DOUBTS.get()
-    found: dict[str, str] = {}
-    token = _DOUBTS.set(None if outer is None else found)
+    doubts: dict[str, str] = {}
+    token = _DOUBTS.set(None if outer is None else doubts)
     try:
         yield
     except ValueError as error:
-        lines = [*found.values(), *lines_of(error)]
+        lines = [*doubts.values(), *lines_of(error)]
         if len(lines) > MAX_LINES:
             lines[MAX_LINES:] = ["there are more mistakes"]
         raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
-        lines = [*found.values(), "its numbers are too far apart"]
+        lines = [*doubts.values(), "its numbers are too far apart"]
         raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
     finally:
         _DOUBTS.reset(token)
     if outer is not None:
-        for key, text in found.items():
+        for key, text in doubts.items():
             outer.setdefault(key, f"{place}: {text}")
 
 
@@ -116,14 +116,14 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
     InputWarning
         If the file is valid, but a number is implausible for a vehicle, or a key is not used.
     """
-    found: dict[str, str] = {}
-    token = _DOUBTS.set(found)
+    doubts: dict[str, str] = {}
+    token = _DOUBTS.set(doubts)
     try:
         with in_file(path):
             yield
     finally:
         _DOUBTS.reset(token)
-    for text in found.values():
+    for text in doubts.values():
         warn(harmless_line(text))
 
 
@@ -173,10 +173,10 @@ def file_kind(path: str | os.PathLike[str]) -> Literal["model", "scenario", "swe
 
 def shipped_files() -> dict[str, list[str]]:
     """Names of the shipped TOML files by kind: model, scenario or sweep."""
-    found: dict[str, list[str]] = {"model": [], "scenario": [], "sweep": []}
+    names: dict[str, list[str]] = {"model": [], "scenario": [], "sweep": []}
     for file in sorted(package_folder("models").glob("*.toml")):
-        found[file_kind(file)].append(file.name)
-    return found
+        names[file_kind(file)].append(file.name)
+    return names
 
 
 @contextmanager
@@ -226,31 +226,32 @@ def read_section(
                 mistakes.of(check_keys, prefix, {key: value}, known, [])
             elif key in keys:
                 values[key] = mistakes.of(read_value, prefix + key, value, keys[key])
-        needed = [key for key, one in keys.items() if one.needed and whole]
+        needed = [key for key, parameter in keys.items() if parameter.needed and whole]
         mistakes.of(check_keys, prefix, table, table, needed)
     return values
 
 
-def read_value(where: str, value: object, one: Parameter) -> Any:
+def read_value(where: str, value: object, parameter: Parameter) -> Any:
     """Value of one key, checked, in SI units."""
-    if not one.many:
-        if one.quantity is not None:
-            return number(where, value, one.quantity)
-        if True not in one.choices:
+    quantity, choices = parameter.quantity, parameter.choices
+    if not parameter.many:
+        if quantity is not None:
+            return number(where, value, quantity)
+        if True not in choices:
             word = text(where, value)
-            if one.choices and word not in one.choices:
-                raise ValueError(f"{where} = {value!r} must be one of: {', '.join(one.choices)}")
+            if choices and word not in choices:
+                raise ValueError(f"{where} = {value!r} must be one of: {', '.join(choices)}")
         elif not isinstance(value, bool):
             raise ValueError(f"{where} = {value!r} must be true or false")
         return value
-    of = "name" if one.quantity is None else "number"
+    of = "name" if quantity is None else "number"
     if not isinstance(value, list) or not value:
         raise ValueError(f"{where} = {value!r} must be a list of at least one {of}")
-    if one.quantity is None:
+    if quantity is None:
         return tuple(value)
-    if all(type(entry) is float for entry in value) and one.quantity.is_plain(np.array(value)):
+    if all(type(entry) is float for entry in value) and quantity.is_plain(np.array(value)):
         return tuple(value)  # as below, in a hundredth of the time
-    return tuple(number(where, entry, one.quantity) for entry in value)
+    return tuple(number(where, entry, quantity) for entry in value)
 
 
 def subsection(name: str, table: object) -> dict[str, Any]:
@@ -280,34 +281,34 @@ def text(where: str, value: object) -> str:
 
 def title(where: str, value: object) -> str:
     """Return a TOML value if it is a string of one line, as it heads reports, or raise."""
-    found = text(where, value)
-    if "\n" in found:
+    line = text(where, value)
+    if "\n" in line:
         raise ValueError(f"{where} = {value!r} must be one line")
-    return found
+    return line
 
 
 def number(where: str, value: object, quantity: Quantity) -> float:
     """Return a TOML value in SI units, or raise if it breaks the limits."""
-    found: float
+    si_value: float
     if isinstance(value, str):
         try:
-            found = in_si(value, quantity.unit)
+            si_value = in_si(value, quantity.unit)
         except ValueError as error:
             raise ValueError(f"{where} = {value!r} {error}") from None
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         try:
-            found = float(value)
+            si_value = float(value)
         except OverflowError:
             raise ValueError(f"{where} is out of range: must be {quantity}") from None
     else:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
-    if not quantity.allow(found):
+    if not quantity.allow(si_value):
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
-    if quantity.whole and found != int(found):
+    if quantity.whole and si_value != int(si_value):
         raise ValueError(f"{where} = {value!r} must be a whole number")
-    if text := quantity.doubt(where, found):
-        doubt(f"{'.'.join(where.split('.')[-2:])} = {found}", text)
-    return found
+    if text := quantity.doubt(where, si_value):
+        doubt(f"{'.'.join(where.split('.')[-2:])} = {si_value}", text)
+    return si_value
 
 
 def file_beside(what: str, name: str, folder: Path, of: str) -> Path:

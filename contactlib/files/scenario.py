@@ -233,17 +233,17 @@ class Scenario(Parameters):
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
         designed: dict[str, Controller | ContinuousController] = {}
-        for name, found in self.controllers.items():
-            if not isinstance(found, ControllerDesign | ContinuousController):
-                found = checked_controller(f"controllers.{name}", found)
+        for name, control in self.controllers.items():
+            if not isinstance(control, ControllerDesign | ContinuousController):
+                control = checked_controller(f"controllers.{name}", control)
             with named(f"controllers.{name}"):
-                if isinstance(found, ControllerDesign):
-                    found = found.build(self)
-                if not isinstance(found, ContinuousController):
-                    self.sensors.samples_of_delay(found.sample_time)
-            if isinstance(found, ContinuousController):
+                if isinstance(control, ControllerDesign):
+                    control = control.build(self)
+                if not isinstance(control, ContinuousController):
+                    self.sensors.samples_of_delay(control.sample_time)
+            if isinstance(control, ContinuousController):
                 self.check_continuous(f"controllers.{name}")
-            designed[name] = found
+            designed[name] = control
         object.__setattr__(self, "controllers", ReadOnly(self.controllers))
         object.__setattr__(self, "_designed", ReadOnly(designed))
 
@@ -263,10 +263,10 @@ class Scenario(Parameters):
             "[wheel_load]": self.wheel_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
         }
-        if found := [part for part, stands in between.items() if stands]:
+        if present := [part for part, stands in between.items() if stands]:
             raise ValueError(
                 f"{name} is continuous and acts on the wheels themselves: the scenario must not "
-                f"have {' or '.join(found)}"
+                f"have {' or '.join(present)}"
             )
 
     def controller(self, name: str) -> Controller:
@@ -277,13 +277,13 @@ class Scenario(Parameters):
         ValueError
             If the name is unknown, or of a continuous controller.
         """
-        found = self.any_controller(name)
-        if isinstance(found, ContinuousController):
+        control = self.any_controller(name)
+        if isinstance(control, ContinuousController):
             raise ValueError(
                 f"controller = {name!r} is continuous: only run_scenario runs it; expected a "
                 "sampled one"
             )
-        return found
+        return control
 
     def any_controller(self, name: str) -> Controller | ContinuousController:
         """Return the controller of this name, sampled or continuous; as `controller`."""
@@ -409,8 +409,8 @@ def load_scenario(
         If a number is allowed but implausible for a vehicle.
     """
     with loading(path):
-        found = read_contents(path)
-        return build_scenario(found.data, found.build_vehicle(table, progress))
+        contents = read_contents(path)
+        return build_scenario(contents.data, contents.build_vehicle(table, progress))
 
 
 @dataclass(frozen=True)
@@ -464,14 +464,14 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, [*NEEDED, *KEYS], NEEDED)
         if "vehicle" in data:
-            found = mistakes.of(vehicle_contents, data, file.parent)
-            if found:
-                mistakes.of(_check_vehicle, *found[:2])
+            vehicle_source = mistakes.of(vehicle_contents, data, file.parent)
+            if vehicle_source:
+                mistakes.of(_check_vehicle, *vehicle_source[:2])
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
         mistakes.of(read_sections, data, BuildCache())
         if "controllers" in data:
             mistakes.of(read_controllers, data["controllers"])
-    label, vehicle, folder = found
+    label, vehicle, folder = vehicle_source
     return ScenarioContents(data, vehicle, label, str(folder))
 
 

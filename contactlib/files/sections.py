@@ -82,7 +82,7 @@ class Law(Parameters):
 
 def without(keys: Keys, *names: str) -> dict[str, Parameter]:
     """All keys except the named ones."""
-    return {name: one for name, one in keys.items() if name not in names}
+    return {name: parameter for name, parameter in keys.items() if name not in names}
 
 
 def optional(keys: Keys, *names: str) -> dict[str, Parameter]:
@@ -224,12 +224,12 @@ def law_table(
     kind = given.get("kind", Law.kind)
     shape: Shape = "elliptic" if isinstance(contact, EllipticContact) else "line"
     if kind == "cohesive":
-        found, largest = k_hat(contact, friction), largest_k_hat(friction.ratio)
-        if found > largest * (1.0 + 1e-9):  # before the table is built
+        contact_k_hat, largest = k_hat(contact, friction), largest_k_hat(friction.ratio)
+        if contact_k_hat > largest * (1.0 + 1e-9):  # before the table is built
             raise ValueError(
                 f"kind = 'cohesive' has k_hat up to {largest:.4g} for this ratio of static to "
-                f"kinetic friction, but contact and friction give {found:.4g}: choose a shorter "
-                "weakening_length"
+                f"kinetic friction, but contact and friction give {contact_k_hat:.4g}: choose a "
+                "shorter weakening_length"
             )
         return cohesive_table(shape, friction.ratio, friction.weakening, progress)
     if kind == "carter_griffith":

@@ -66,8 +66,8 @@ def read_track_map(path: Path) -> dict[str, Any]:
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
     table = csv_numbers(body, len(head), range(len(head)), head)
-    keys = {key: one.quantity for key, one in declared(Track.from_breakpoints).items()}
-    found, known = dict[str, Any](), dict[str, str]()
+    keys = {key: parameter.quantity for key, parameter in declared(Track.from_breakpoints).items()}
+    values, known = dict[str, Any](), dict[str, str]()
     for cell, name, column in zip(head, names, table.T, strict=True):
         limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
         factor = unit_value(unit, limits.unit) if unit else 1.0
@@ -80,10 +80,10 @@ def read_track_map(path: Path) -> dict[str, Any]:
                 f"line {body[place][0]}: {cell} = {float(column[place])!r} is out of range: must "
                 f"be {limits}"
             )
-        found[name] = (factor * column).tolist()
+        values[name] = (factor * column).tolist()
         if unit and name.startswith("friction"):
             known["unit"] = "factor"
-    at = found.get("distance", [])
+    at = values.get("distance", [])
     for i in range(1, len(at)):
         twice = i > 1 and at[i] == at[i - 2]
         if at[i] < at[i - 1] or twice:
@@ -91,8 +91,8 @@ def read_track_map(path: Path) -> dict[str, Any]:
                 f"line {body[i][0]}: distance = {at[i]!r} m must be {'>' if twice else '>='} "
                 f"{at[i - 1]!r} m, that of the line before, and each place at most twice"
             )
-    Track.from_breakpoints(**found)
-    return {**known, **found}
+    Track.from_breakpoints(**values)
+    return {**known, **values}
 
 
 def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -106,8 +106,8 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
             f"track.map = {name!r} replaces {' and '.join(lists)}: give either the map or the lists"
         )
     with in_file(f"track.map {name}"):
-        found = read_track_map(file_beside("map", name, folder, "the scenario"))
-    return {**data, "track": {**found, **track}}
+        columns = read_track_map(file_beside("map", name, folder, "the scenario"))
+    return {**data, "track": {**columns, **track}}
 
 
 def track_of(**given: Any) -> Track:
