@@ -32,7 +32,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if config.getoption("one_case"):
         first = {item.nodeid.partition("[")[0]: item for item in reversed(items)}
-        config.hook.pytest_deselected(items=[one for one in items if one not in first.values()])
+        config.hook.pytest_deselected(items=[item for item in items if item not in first.values()])
         items[:] = reversed(first.values())
 
 

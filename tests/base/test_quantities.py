@@ -97,7 +97,7 @@ def texts(*, unit: str | None = None, flag: bool | None = None, path: str | Path
 def test_only_a_text_alone_is_a_text() -> None:
     """Neither a path nor what numpy counts among arrays."""
     assert not declared(arrays)
-    assert {name: one.choices for name, one in declared(texts).items()} == {
+    assert {name: parameter.choices for name, parameter in declared(texts).items()} == {
         "unit": (),
         "flag": (True, False),
     }

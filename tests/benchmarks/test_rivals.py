@@ -41,10 +41,10 @@ def test_rivals_of_the_kernel_are_right() -> None:
 def test_lateral_and_spin_force_is_nearer_to_contact_than_its_rivals() -> None:
     # Tables of our own law have its error, and what interpolation adds.
     for group, errors in bench_kernel.lateral_spin_errors().items():
-        found = {who: np.sqrt(np.mean(error**2)) for who, error in errors.items()}
-        ours, *others = (rms for who, rms in found.items() if "USETAB" not in who)
+        rms_of = {who: np.sqrt(np.mean(error**2)) for who, error in errors.items()}
+        ours, *others = (rms for who, rms in rms_of.items() if "USETAB" not in who)
         assert ours < 0.0002 if group == "lin" else 2.0 * ours < min(others)
-        assert found["like USETAB, 2 x finer"] < max(found["like USETAB"], 1.5 * ours)
+        assert rms_of["like USETAB, 2 x finer"] < max(rms_of["like USETAB"], 1.5 * ours)
     assert len(report.lateral_spin_lines()) == 11
 
 
@@ -62,11 +62,11 @@ def test_what_the_rivals_do_not_know_is_refused() -> None:
 @pytest.mark.slow
 def test_many_differ_and_run() -> None:
     scenarios = many(3, 10.0, duration=0.2)
-    found = bench_runs.ensemble(scenarios)
-    assert len(set(found["slip_work"].tolist())) == 3
-    assert not found["failed"].any()
+    outcomes = bench_runs.ensemble(scenarios)
+    assert len(set(outcomes["slip_work"].tolist())) == 3
+    assert not outcomes["failed"].any()
     batch = bench_runs.of_all(bench_runs.batch(rival.records(scenarios, CONTROLLER), 0.2))
-    ours = np.column_stack([found[name] for name in bench_runs.OUTCOMES])
+    ours = np.column_stack([outcomes[name] for name in bench_runs.OUTCOMES])
     np.testing.assert_allclose(batch, ours, rtol=1e-3)
 
 

@@ -63,8 +63,8 @@ def test_the_measured_alternative_of_a_force_runs_too() -> None:
     Path("mine.toml").write_text(kept + law + rest[rest.index("\n\n[wheelset]") :])
     Path("my_curve.csv").write_text("slip;mu\n0,5;0,15\n1;0,25\n1,5;0,28\n2;0,28\n4;0,26\n8;0,22\n")
     element = cl.load_model("mine.toml").wheelset.element
-    found = element.at_creepage(0.02, speed=10.0)["traction_coefficient"]
-    assert float(found) == pytest.approx(0.28, abs=0.01)
+    coefficient = element.at_creepage(0.02, speed=10.0)["traction_coefficient"]
+    assert float(coefficient) == pytest.approx(0.28, abs=0.01)
     summary = "my_curve.csv: 6 points, 0.5 to 8 %; the curve differs by at most "
     for command in ("fmu", "table"):
         result = done(command, "mine.toml", "--output", f"mine.{command}.csv")
@@ -90,9 +90,9 @@ def test_the_scenario_runs_with_all_its_controllers() -> None:
 
 
 def test_the_sweep_runs() -> None:
-    found = cl.ensemble(written("sweep"))
-    assert dict(found.sizes) == {"controller": 2, "patch_friction": 4, "inertia": 3}
-    assert bool(found.slip_work.notnull().all())
+    results = cl.ensemble(written("sweep"))
+    assert dict(results.sizes) == {"controller": 2, "patch_friction": 4, "inertia": 3}
+    assert bool(results.slip_work.notnull().all())
 
 
 def test_every_kind_has_a_template_that_the_command_names() -> None:

@@ -94,8 +94,8 @@ def test_a_controller_of_a_file_runs() -> None:
 @pytest.mark.usefixtures("folder")
 def test_a_class_or_an_object_stands_beside_the_scenario_s_own() -> None:
     for given, share in (("Mine", 0.5), ("quarter", 0.25)):
-        name, found = load_controller(f"mine.py:{given}")
-        scenario = with_controllers("s.toml", cl.load_scenario("s.toml"), {name: found})
+        name, controller = load_controller(f"mine.py:{given}")
+        scenario = with_controllers("s.toml", cl.load_scenario("s.toml"), {name: controller})
         assert list(scenario.controllers) == ["open_loop", "threshold", "creep_pi", name]
         run = cl.run_scenario(scenario, name)
         assert run["commanded_torque"][-1] == share * 23e3
@@ -137,11 +137,11 @@ def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
 
 @pytest.mark.usefixtures("folder")
 def test_what_cannot_be_combined_is_refused() -> None:
-    own = ("-o", "out", "--controller", "mine.py:Mine")
-    error = refused("simulate", "s.toml", *own, "--control", "creep_pi")
+    options = ("-o", "out", "--controller", "mine.py:Mine")
+    error = refused("simulate", "s.toml", *options, "--control", "creep_pi")
     assert "--control cannot be combined with --controller" in error
-    error = refused("simulate", "roller_rig.toml", *own)
+    error = refused("simulate", "roller_rig.toml", *options)
     assert "roller_rig.toml: is a model, not a scenario" in error
     Path("s.toml").write_text(SCENARIO.replace("controllers.creep_pi", "controllers.Mine"))
-    error = refused("simulate", "s.toml", *own)
+    error = refused("simulate", "s.toml", *options)
     assert error == "contactlib: s.toml has a controller Mine itself: take another name\n"

@@ -82,8 +82,8 @@ def test_the_numbers_are_those_of_the_runs(compared: tuple[Path, str]) -> None:
     written = json.loads((folder / "out" / "metrics.json").read_text())
     for name in ("plain", "cut"):
         run = cl.run_scenario(case, name)
-        found = cl.metrics(run, case.drivetrain)
-        for key, value in found._asdict().items():
+        computed = cl.metrics(run, case.drivetrain)
+        for key, value in computed._asdict().items():
             stored = written[name][key]["value"]
             if np.isfinite(value):
                 assert stored == value
@@ -356,7 +356,7 @@ def test_the_options_of_a_search_have_its_limits() -> None:
 def search(short: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Searches that take no time: they find the design. Names in the list end the second one."""
 
-    def found(scenarios: list[cl.Scenario], name: str, **_: object) -> tuning.Tuning:
+    def instant_tune(scenarios: list[cl.Scenario], name: str, **_: object) -> tuning.Tuning:
         assert (short / "out").is_dir()  # before the first search
         if name in interrupted:
             os.kill(os.getpid(), signal.SIGINT)
@@ -366,7 +366,7 @@ def search(short: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
         return tuning.Tuning(factors, (design.control,), numbers, numbers, 60)
 
     interrupted: list[str] = []
-    monkeypatch.setattr(report, "tune", found)
+    monkeypatch.setattr(report, "tune", instant_tune)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield interrupted
     signal.signal(signal.SIGINT, before)

@@ -108,18 +108,18 @@ def comma(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def test_a_decimal_comma_changes_no_number(
     tmp_path: Path, unpacked: Path, comma: dict[str, str]
 ) -> None:
-    found = {}
+    answers = {}
     for name, environment in (("comma", comma), ("dot", {**os.environ, "LC_ALL": "C"})):
         (tmp_path / name).mkdir()
         arguments = map(str, (HERE / "decimal_comma.py", tmp_path / name, unpacked))
         command = [sys.executable, *arguments]
         done = subprocess.run(command, capture_output=True, check=False, env=environment)
         assert done.returncode == 0, done.stderr
-        found[name] = json.loads(done.stdout)
-    assert found["comma"].pop("separator") == ","
-    assert found["dot"].pop("separator") == "."
-    assert found["comma"] == found["dot"]
-    first, tiny, point = found["comma"]["messages"]
+        answers[name] = json.loads(done.stdout)
+    assert answers["comma"].pop("separator") == ","
+    assert answers["dot"].pop("separator") == "."
+    assert answers["comma"] == answers["dot"]
+    first, tiny, point = answers["comma"]["messages"]
     assert first.startswith("friction_scale = -1.5 is out of range: must be from ")
     assert tiny.startswith("slip_rate_residual = 1.25e-300 is out of range")
     assert point == "communication point = 0.125 must be the FMU's time 0"

@@ -50,8 +50,8 @@ def test_derivatives_are_those_of_the_forces(friction: cl.Friction, within: floa
         )
         for force in FORCES:
             difference = (ahead[force] - behind[force]) / (2.0 * step)
-            found = here[f"{force.removeprefix('spin_')}_by_{name}"]
-            assert np.abs(found - difference).max() < within * np.abs(difference).max()
+            derivative = here[f"{force.removeprefix('spin_')}_by_{name}"]
+            assert np.abs(derivative - difference).max() < within * np.abs(difference).max()
 
 
 @pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
@@ -59,20 +59,20 @@ def test_a_contact_alone_gives_the_same_bits_as_among_many(friction: cl.Friction
     pair, given = pair_of(friction), cases(40)
     given["spin"][::3] = 0.0
     given["normal_load"][::7] = 0.0
-    alone = [pair.evaluate(**{name: v[i] for name, v in given.items()}) for i in range(40)]
-    assert np.array(alone).tobytes() == pair.evaluate(**given).tobytes()
+    singles = [pair.evaluate(**{name: v[i] for name, v in given.items()}) for i in range(40)]
+    assert np.array(singles).tobytes() == pair.evaluate(**given).tobytes()
 
 
 def test_nothing_comes_of_nothing() -> None:
     given = cases(10)
     for changed in ({"normal_load": 0.0}, {"friction_scale": 0.0}):
-        found = pair_of(WEAKENING).evaluate(**{**given, **changed})
-        assert all(not found[name].any() for name in FORCES)
+        outputs = pair_of(WEAKENING).evaluate(**{**given, **changed})
+        assert all(not outputs[name].any() for name in FORCES)
     given["semi_axis_x"][2:5] = given["semi_axis_y"][2:5] = given["normal_load"][2:5] = 0.0
     given["friction_scale"] = np.where(np.arange(10) == 7, -1e-9, 1.0)
-    found, force = pair_of(WEAKENING).evaluate(**given), np.ones(10, dtype=bool)
+    outputs, force = pair_of(WEAKENING).evaluate(**given), np.ones(10, dtype=bool)
     force[[2, 3, 4, 7]] = False  # in the air, and without friction
-    assert all(((found[name] != 0.0) == force).all() for name in FORCES)
+    assert all(((outputs[name] != 0.0) == force).all() for name in FORCES)
     still = pair_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
     assert all(not still[name].any() for name in FORCES)
     assert all(np.isfinite(still[name]).all() for name in still.dtype.names or ())
@@ -126,7 +126,7 @@ def test_the_bodies_of_an_element_have_its_force(name: str, locomotive: cl.Model
     load, speed = rng.uniform(0.5, 1.5, n), rng.uniform(2.0, 60.0, n)
     xi, eta, phi = rng.normal(0.0, [[0.02], [0.01], [1.0]], (3, n))
     eta[:10] = phi[:20] = 0.0
-    found = pair.evaluate(
+    computed = pair.evaluate(
         semi_axis_x=np.cbrt(load) * contact.semi_axis_x,
         semi_axis_y=np.cbrt(load) * contact.semi_axis_y,
         normal_load=load * contact.normal_load,
@@ -144,9 +144,9 @@ def test_the_bodies_of_an_element_have_its_force(name: str, locomotive: cl.Model
         lateral_velocity=eta * speed,
         spin_velocity=phi * speed,
     )
-    for force, theirs in zip(FORCES, ("creep_force", "lateral_force", "spin_moment"), strict=True):
-        size = np.abs(expected[theirs]).max()
-        np.testing.assert_allclose(found[force], expected[theirs], atol=within * size)
+    for force, output in zip(FORCES, ("creep_force", "lateral_force", "spin_moment"), strict=True):
+        size = np.abs(expected[output]).max()
+        np.testing.assert_allclose(computed[force], expected[output], atol=within * size)
 
 
 def test_a_line_has_no_bodies_of_an_ellipse(rig: cl.Model) -> None:

@@ -180,8 +180,8 @@ def test_partial_derivatives(speed: float, residual: float, decay: float) -> Non
         smooth = np.ones(n, bool)  # neither limit begins nor ends between the points
         for flag in ("k_hat_limited", "force_limited"):
             smooth &= (sides[0][flag] == here[flag]) & (sides[-1][flag] == here[flag])
-        found = here[f"force_by_{name.removeprefix('normal_')}"]
-        error = np.abs(found - difference) * h / (1e-4 * force)
+        derivative = here[f"force_by_{name.removeprefix('normal_')}"]
+        error = np.abs(derivative - difference) * h / (1e-4 * force)
         assert smooth.mean() > 0.95
         assert error[smooth].max() < 1e-6
     np.testing.assert_allclose(here["force_by_omega"], 0.5 * here["force_gradient"], rtol=1e-14)

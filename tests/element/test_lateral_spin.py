@@ -43,7 +43,7 @@ def cases(n: int = 500) -> dict[str, Any]:
 def test_small_slip_gives_kalkers_linear_theory() -> None:
     c = cl.laws.kalker_coefficients(A / B, NU)
     xi, eta, phi = -2e-9, 3e-9, 4e-7  # Kalker's signs
-    found = element_of().evaluate(
+    outputs = element_of().evaluate(
         omega=(1.0 - xi) * SPEED / RADIUS,
         speed=SPEED,
         lateral_velocity=eta * SPEED,
@@ -56,7 +56,7 @@ def test_small_slip_gives_kalkers_linear_theory() -> None:
         "spin_moment": G * (root * c.c23 * eta - ab**2 * c.c33 * phi),
     }
     for name, value in expected.items():
-        assert found[name] == pytest.approx(value, rel=5e-3)  # of the spline
+        assert outputs[name] == pytest.approx(value, rel=5e-3)  # of the spline
 
 
 FALLS = [{"slip_rate_residual": 0.4, "slip_rate_decay": 0.6}, {"softening_temperature": 500.0}]
@@ -173,11 +173,13 @@ def test_an_ellipse_of_eight_to_rounding_does_not_warn() -> None:
         )
         for b in np.linspace(1e-3, 4e-3, 200).tolist()
     )
-    contact = next(one for one in contacts if one.semi_axis_x / one.semi_axis_y > 8.0)
+    contact = next(
+        ellipse for ellipse in contacts if ellipse.semi_axis_x / ellipse.semi_axis_y > 8.0
+    )
     axes = {"semi_axis_x": contact.semi_axis_x, "semi_axis_y": contact.semi_axis_y}
     friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
     table = cl.carter_griffith_table("elliptic")
     element = cl.ForceElement(contact, friction, table=table, radius=0.5)
     assert element.evaluate(omega=20.0, speed=10.0, spin_velocity=1.0)["spin_moment"] != 0.0
-    found = cl.CreepForces.of(element).evaluate(**axes, normal_load=12e3)
-    assert found["aspect_limited"] == 0.0
+    outputs = cl.CreepForces.of(element).evaluate(**axes, normal_load=12e3)
+    assert outputs["aspect_limited"] == 0.0

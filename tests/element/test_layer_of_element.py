@@ -57,14 +57,14 @@ def test_layer_ratio_falls_as_the_contact_grows_with_load() -> None:
     for share in (0.1, 1.0, 4.0):
         load = share * STRIPS.normal_load
         a = STRIPS.semi_width * share ** (1.0 / 3.0)
-        found = element.at_creepage(zeta, speed=10.0, normal_load=load)
+        outputs = element.at_creepage(zeta, speed=10.0, normal_load=load)
         law = cl.CarterGriffith(
-            k_hat=float(found["k_hat"][0]),
+            k_hat=float(outputs["k_hat"][0]),
             contact="elliptic",
             layer_ratio=L * STRIPS.tangential_modulus / (2.0 * a),
         )
-        ratio = law.traction_ratio(zeta / found["saturation_creepage"])
-        assert_allclose(found["traction_coefficient"], 0.3 * ratio, atol=1e-6)
+        ratio = law.traction_ratio(zeta / outputs["saturation_creepage"])
+        assert_allclose(outputs["traction_coefficient"], 0.3 * ratio, atol=1e-6)
 
 
 def test_no_layer_is_the_limit_of_a_thin_one() -> None:
@@ -90,14 +90,14 @@ def test_the_advice_to_use_the_cohesive_law_says_what_replaces_a_layer() -> None
     """Its slope_reduction gives the same initial slope; without a layer there is no such advice."""
     friction = cl.friction_with_k_hat(STRIPS, k_hat=0.6, static=0.36, kinetic=0.3)
     for given in ({"slope_reduction": 0.8}, {"memory": True}, {}):
-        with pytest.warns(ProcessZoneWarning, match="no layer: slope_reduction = ") as found:
+        with pytest.warns(ProcessZoneWarning, match="no layer: slope_reduction = ") as warned:
             element = replace(wheel_with_layer(**given), friction=friction)
-        text = re.search(r"slope_reduction = ([0-9.]+) in place", str(found[0].message))
+        text = re.search(r"slope_reduction = ([0-9.]+) in place", str(warned[0].message))
         assert text is not None
         reduction = float(text[1])
         with pytest.warns(ProcessZoneWarning, match="kind = 'cohesive'$"):
             other = replace(element, layer_compliance=0.0, slope_reduction=reduction)
-        at = [one.at_creepage(1e-9, speed=9.0)["creep_force"] for one in (element, other)]
+        at = [wheel.at_creepage(1e-9, speed=9.0)["creep_force"] for wheel in (element, other)]
         assert at[1] == pytest.approx(at[0], rel=0.003)
 
 
@@ -145,7 +145,7 @@ def test_what_a_law_lacks_is_refused_before_its_table_is_built(
 def test_pair_of_bodies_is_the_element() -> None:
     contact = replace(STRIPS, theory="half_space")
     element = wheel_with_layer(contact, slope_reduction=0.7)
-    found = CreepForces.of(element).evaluate(
+    forces = CreepForces.of(element).evaluate(
         semi_axis_x=contact.semi_axis_x,
         semi_axis_y=contact.semi_axis_y,
         normal_load=contact.normal_load,
@@ -160,9 +160,9 @@ def test_pair_of_bodies_is_the_element() -> None:
         lateral_velocity=0.001 * speed,
         spin_velocity=0.2 * speed,
     )
-    assert found["force_x"] == pytest.approx(there["creep_force"], rel=1e-7)
-    assert found["force_y"] == pytest.approx(there["lateral_force"], rel=1e-7)
-    assert found["spin_moment"] == pytest.approx(there["spin_moment"], rel=1e-6)
+    assert forces["force_x"] == pytest.approx(there["creep_force"], rel=1e-7)
+    assert forces["force_y"] == pytest.approx(there["lateral_force"], rel=1e-7)
+    assert forces["spin_moment"] == pytest.approx(there["spin_moment"], rel=1e-6)
 
 
 def test_an_fmu_contains_layers_only_if_its_contact_has_one() -> None:

@@ -26,7 +26,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     """Fields of the page's Vehicle, for a wheelset under the Carter-Griffith law."""
     element, resistance = wheelset.element, wheelset.resistance
     contact, friction = element.contact, element.friction
-    own: tuple[tuple[Any, str], ...] = (
+    fields: tuple[tuple[Any, str], ...] = (
         (contact, "semi_width peak_pressure"),
         (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed memory"),
         (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
@@ -43,15 +43,15 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
         "static_friction": friction.static,
         "kinetic_friction": friction.kinetic,
         "initial_speed": initial_speed,
-        **{name: getattr(part, name) for part, names in own for name in names.split()},
+        **{name: getattr(part, name) for part, names in fields for name in names.split()},
     }
 
 
 def fold_of(wheelset: cl.Wheelset, speed: float = SPEED) -> cl.vehicle.Fold:
     """Python's fold, which is there."""
-    found = cl.stability.find_fold(wheelset, speed=speed)
-    assert found is not None
-    return found
+    fold = cl.stability.find_fold(wheelset, speed=speed)
+    assert fold is not None
+    return fold
 
 
 def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:

@@ -108,9 +108,9 @@ class Visitor:
 
 def assert_shows(text: str, value: float) -> None:
     """The text begins with this number, rounded to the digits shown."""
-    found = re.match(r"\u2212?[0-9.]+(e\u2212?[0-9]+)?", text)
-    assert found, text
-    number = Decimal(found[0].replace("\u2212", "-"))
+    match = re.match(r"\u2212?[0-9.]+(e\u2212?[0-9]+)?", text)
+    assert match, text
+    number = Decimal(match[0].replace("\u2212", "-"))
     exponent = number.as_tuple().exponent
     assert isinstance(exponent, int)
     assert len(number.as_tuple().digits) >= 3, text

@@ -25,8 +25,8 @@ GIVEN = re.compile(r'<script type="application/json" id="given-model">(.*?)</scr
 def given_model(page: Path) -> str | None:
     """What the browser finds as the model that the page is to start with."""
     (text,) = GIVEN.findall(page.read_text(encoding="utf-8"))
-    found: str | None = json.loads(text)
-    return found
+    model: str | None = json.loads(text)
+    return model
 
 
 def explore(*arguments: str, status: int = 0) -> str:

@@ -39,9 +39,9 @@ ANSWER = """(name, calls) => calls.map((given) => {
 
 
 def call_all(page: ExplorerPage, name: str, calls: list[tuple[Any, ...]]) -> list[Any]:
-    found = page.call(ANSWER, name, [list(given) for given in calls])
-    assert not [error for _, error in found if error is not None]
-    return [value for value, _ in found]
+    answers = page.call(ANSWER, name, [list(given) for given in calls])
+    assert not [error for _, error in answers if error is not None]
+    return [value for value, _ in answers]
 
 
 def call(page: ExplorerPage, name: str, *given: object) -> Any:
@@ -368,8 +368,8 @@ def test_address_keeps_every_bit(page: ExplorerPage) -> None:
         for address in addresses:
             assert address.isascii()
             assert not set(address) & set(" <>\"'`")
-        found = call_all(page, "fromAddress", [(address,) for address in addresses])
-        assert found == [{"settings": each, "problems": []} for each in settings]
+        answers = call_all(page, "fromAddress", [(address,) for address in addresses])
+        assert answers == [{"settings": each, "problems": []} for each in settings]
 
 
 # Addresses that cannot be used, and parts of the error, which is one line.
@@ -400,8 +400,8 @@ UNUSABLE = {
 
 def test_what_an_address_cannot_hold_is_named_and_the_rest_is_kept(page: ExplorerPage) -> None:
     rig = presets_of(page)["roller_rig"]
-    found = call_all(page, "fromAddress", [(f"{a}&playback=0.5",) for a in UNUSABLE])
-    for (address, parts), its in zip(UNUSABLE.items(), found, strict=True):
+    answers = call_all(page, "fromAddress", [(f"{a}&playback=0.5",) for a in UNUSABLE])
+    for (address, parts), its in zip(UNUSABLE.items(), answers, strict=True):
         kept = 1 if len(address) > 4000 else 0.5
         assert its["settings"] == {**rig, "playback": kept}, address
         (problem,) = its["problems"]

@@ -125,10 +125,10 @@ FORCES = """async (cases) => {
 def test_forces_and_scales_are_those_of_python(page: ExplorerPage) -> None:
     rng = np.random.default_rng(73)
     cases = [random_case(rng) for _ in range(400)]
-    found = page.call(FORCES, cases)
+    answers = page.call(FORCES, cases)
     tables = {shape: native_table(shape) for shape in SHAPES}
-    assert {force[FALLING] for force, _ in found} == {0.0, 1.0}
-    for (shape, parameters, given), its in zip(cases, found, strict=True):
+    assert {force[FALLING] for force, _ in answers} == {0.0, 1.0}
+    for (shape, parameters, given), its in zip(cases, answers, strict=True):
         element = kernel.NativeForceElement(tables[shape], parameters)
         output = element.evaluate(
             np.array([tuple(given.values())], kernel.struct_dtype("force_element_input"))
@@ -183,7 +183,7 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     patch = {"begins": 1.0, "ends": 1.4, "friction": 0.5}
     torques = np.linspace(2.4e4, 2.2e4, STEPS)
     setting = [contact, parameters, {**drivetrain, **body}, GIVEN, state, patch]
-    found = page.call(ADVANCE, *setting, torques.tolist())
+    steps = page.call(ADVANCE, *setting, torques.tolist())
 
     always, rail = ((0.0,), (1.0,)), ((1.0, 1.0, 1.4, 1.4), (1.0, 0.5, 0.5, 1.0))
     member = kernel.NativeMember(
@@ -196,7 +196,7 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
         for field, value in values.items():
             record[field] = value
     substeps, creepages = np.zeros(1), []
-    for i, (torque, here) in enumerate(zip(torques, found, strict=True)):
+    for i, (torque, here) in enumerate(zip(torques, steps, strict=True)):
         inputs["commanded_torque"] = torque
         fleet.advance(inputs, states, i * 1e-3, 1e-3, 1e-6, substeps)
         outputs = fleet.evaluate(inputs, states)

@@ -398,14 +398,14 @@ def test_axes_follow_the_border_the_upper_state_and_the_wheel(
     for part in (0.02, 0.6, 0.9):  # between return and fold
         torque = fold.return_torque + part * (fold.drive_torque - fold.return_torque)
         states = stability.steady_states(wheelset, drive_torque=torque, speed=SPEED)
-        _, border, upper = found = states.creepage[-3:]  # of traction
+        _, border, upper = creepages = states.creepage[-3:]  # of traction
         begin_at(visitor, torque)
         visitor.look()
         axes = visitor.state("shown.axes")
         assert 1.2 * border <= axes["far"] <= axes["horizon"]
         assert axes["highest"] >= max(10.0, upper)
         rests = visitor.state("rests")
-        assert [rest["creepage"] for rest in rests] == pytest.approx(found, rel=1e-6)
+        assert [rest["creepage"] for rest in rests] == pytest.approx(creepages, rel=1e-6)
         assert [rest["slope"] > 0.0 for rest in rests] == states.stable[-3:].tolist()
         label = visitor.page.locator("#patch [aria-label]").first.get_attribute("aria-label")
         assert "of its length stick" in str(label)
@@ -465,12 +465,12 @@ def run_story(visitor: Visitor, setting: Setting, story: str, after: float) -> F
     setting.set_up(visitor)
     visitor.wait()
     visitor.press(story)
-    found = Found(**visitor.call(RUN_STORY, after))
-    assert len(found.texts) == found.last
-    assert found.stopped is None
+    played = Found(**visitor.call(RUN_STORY, after))
+    assert len(played.texts) == played.last
+    assert played.stopped is None
     button = visitor.page.get_by_role("button", name=story, exact=True)
     assert button.get_attribute("aria-pressed") == "true"
-    return found
+    return played
 
 
 # Of each experiment: some time after its last text [s], and what happens in each of its steps, with
@@ -524,22 +524,22 @@ def test_an_experiment_shows_what_it_describes(
         assert "rim speed" in visitor.text("story")
         return
     after, expected = STORIES[story]
-    found = run_story(visitor, setting, story, after)
-    fold = fold_of(setting.wheelset(request), found.speed)
-    ends = [*(step["last"] for step in found.steps[:-1]), found.creepage]
-    for step, end, (events, (low, high)) in zip(found.steps, ends, expected, strict=True):
+    played = run_story(visitor, setting, story, after)
+    fold = fold_of(setting.wheelset(request), played.speed)
+    ends = [*(step["last"] for step in played.steps[:-1]), played.creepage]
+    for step, end, (events, (low, high)) in zip(played.steps, ends, expected, strict=True):
         assert set(step["events"]) == set(events.split())
         assert low <= end / fold.creepage <= high
 
 
 def test_the_experiment_of_the_wet_patch_finds_a_torque(visitor: Visitor) -> None:
     """Where nine tenths of the critical torque are less than that of the return."""
-    found = run_story(visitor, Setting("rig", entries={"k_hat": 0.15}), "Wet patch", 2.0)
+    played = run_story(visitor, Setting("rig", entries={"k_hat": 0.15}), "Wet patch", 2.0)
     fold = visitor.state("shown.fold")
-    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < found.drive_torque
-    assert found.drive_torque < fold["drive_torque"]
-    assert "patch_ends" in found.steps[1]["events"]
-    assert found.creepage > fold["creepage"]
+    assert 0.9 * fold["drive_torque"] < fold["return_torque"] < played.drive_torque
+    assert played.drive_torque < fold["drive_torque"]
+    assert "patch_ends" in played.steps[1]["events"]
+    assert played.creepage > fold["creepage"]
 
 
 def test_an_experiment_that_cannot_begin_leaves_a_wheel_that_grips(visitor: Visitor) -> None:
@@ -577,11 +577,11 @@ def test_tab_reaches_every_control_in_order_and_all_have_names(visitor: Visitor)
         controls = visitor.call(IN_ORDER)
         assert len(set(controls)) == len(controls) > 30
         visitor.page.locator(".skip").focus()
-        found = [visitor.call(FOCUSED)]
+        reached = [visitor.call(FOCUSED)]
         for _ in controls[1:]:
             visitor.page.keyboard.press("Tab")
-            found.append(visitor.call(FOCUSED))
-        assert found == controls
+            reached.append(visitor.call(FOCUSED))
+        assert reached == controls
         tree = visitor.page.locator("body").aria_snapshot()
         assert len(re.findall(rf'^ *- (?:{roles}) "[^"]+"', tree, re.MULTILINE)) > 50
         assert re.findall(rf"^ *- (?:{roles})(?! \").*", tree, re.MULTILINE) == []
@@ -839,7 +839,7 @@ def test_a_saved_model_is_read_by_python(
 
 def test_nothing_but_the_page_s_own_script_runs_and_it_reaches_nothing() -> None:
     with explorer_page(clock_stands=True) as opened:
-        found = opened.call(
+        effects = opened.call(
             """() => new Promise((resolve) => {
               const script = document.createElement("script");
               script.textContent = "window.hit = 'script'";
@@ -857,7 +857,7 @@ def test_nothing_but_the_page_s_own_script_runs_and_it_reaches_nothing() -> None
               port2.postMessage(0);
             })"""
         )
-        assert found == [None, "EvalError"]
+        assert effects == [None, "EvalError"]
         assert len(opened.errors) >= 3
         assert all("Content Security Policy" in error for error in opened.errors), opened.errors
         opened.errors.clear()
@@ -1066,7 +1066,7 @@ def test_nothing_overlaps_or_is_cut(watched: Visitor, size: tuple[int, int], mod
     for state in states_of(watched, model):
         watched.look()
         flaws[state] = watched.call(FLAWS) + watched.call("() => overprinted()")
-    assert {at: found for at, found in flaws.items() if found} == {}
+    assert {at: faults for at, faults in flaws.items() if faults} == {}
     if size[0] > 1180:
         assert watched.call("() => document.documentElement.scrollHeight") <= size[1]
 

@@ -48,13 +48,13 @@ class Place(NamedTuple):
 def places() -> list[Place]:
     """Any wheelsets, low loads and fast trains among them."""
     rng = np.random.default_rng(20)
-    found = []
+    drawn = []
     for _ in range(60):
         wheelset = random_wheelset(rng)
         load = wheelset.element.normal_load * 10.0 ** rng.uniform(-1.5, 0.3)
         speed = 10.0 ** rng.uniform(-0.5, 1.8)
-        found.append(Place(wheelset, float(speed), float(load), float(rng.uniform(0.3, 1.3))))
-    return found
+        drawn.append(Place(wheelset, float(speed), float(load), float(rng.uniform(0.3, 1.3))))
+    return drawn
 
 
 def fold_of(place: Place) -> Fold | None:
@@ -86,7 +86,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
     ]
     places = [*places[:30], *map(Place, wheelsets)]
     zeta = np.geomspace(1e-4, 10.0, 30)
-    found = call(
+    answers = call(
         page,
         places,
         """(plant, { vehicle, speed, friction, zeta }, { vehicle: of }) => {
@@ -96,7 +96,7 @@ def test_parameters_and_steady_creep_are_those_of_python(
         }""",
         [{"zeta": zeta.tolist()}] * len(places),
     )
-    for at, its in zip(places, found, strict=True):
+    for at, its in zip(places, answers, strict=True):
         element = at.wheelset.element
         contact = {**element.parameters, "relaxation_length": 0.0}
         for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
@@ -112,15 +112,15 @@ def test_parameters_and_steady_creep_are_those_of_python(
         assert its["fold"] == (fold and pytest.approx(fold._asdict(), rel=1e-9))
         peak = CreepCurve(at.wheelset, **dry.inputs).peak
         assert its["peak"] == pytest.approx(peak, rel=1e-9)
-    folds = [its["fold"] for its in found]
+    folds = [its["fold"] for its in answers]
     assert 5 < folds.count(None) < len(folds) - 5
     assert sum(fold is not None and math.isfinite(fold["return_creepage"]) for fold in folds) > 3
 
 
 def test_memory_is_that_of_python(page: ExplorerPage, places: list[Place]) -> None:
     remembering = [at._replace(wheelset=with_memory(at.wheelset)) for at in places]
-    found = call(page, remembering, "(plant) => plant.rolling")
-    for at, its in zip(remembering, found, strict=True):
+    answers = call(page, remembering, "(plant) => plant.rolling")
+    for at, its in zip(remembering, answers, strict=True):
         contact = at.wheelset.element.contact
         if isinstance(contact, cl.LineContact) and contact.length < 4.0 * contact.semi_width:
             assert "needs a line contact" in its
@@ -129,8 +129,8 @@ def test_memory_is_that_of_python(page: ExplorerPage, places: list[Place]) -> No
         assert expected["relaxation_length"] > 0.0
         del expected["lateral_relaxation_length"]  # the page has no lateral slip
         assert {key: its[key] for key in expected} == pytest.approx(expected, rel=1e-12)
-    assert {type(its) for its in found} == {str, dict}
-    assert {its["elliptic"] for its in found if isinstance(its, dict)} == {0.0, 1.0}
+    assert {type(its) for its in answers} == {str, dict}
+    assert {its["elliptic"] for its in answers if isinstance(its, dict)} == {0.0, 1.0}
 
 
 # ---- gains and delays -----------------------------------------------------------------------
@@ -180,9 +180,9 @@ CLEARING = """(plant, at, { clearing }) =>
 def deviations_of(page: ExplorerPage, patches: list[Patch]) -> list[float]:
     """Relative deviations of the finite clearing times from Python's."""
     given = [{"torque": torque, "patch": patch} for _, torque, patch in patches]
-    found = call(page, [at for at, _, _ in patches], CLEARING, given)
+    answers = call(page, [at for at, _, _ in patches], CLEARING, given)
     deviations = []
-    for (at, torque, patch), its in zip(patches, found, strict=True):
+    for (at, torque, patch), its in zip(patches, answers, strict=True):
         with suppress(ValueError, RuntimeError):  # no border within reach
             inputs = at.inputs | {"friction_scale": patch}
             expected = clearing(at.wheelset, drive_torque=torque, **inputs)
@@ -268,10 +268,10 @@ PATCHES = """async (contact, creepages, kHat, points, layer) => {
 def test_traction_and_stick_are_the_law_s(page: ExplorerPage, contact: Any, k_hat: float) -> None:
     law = cl.CarterGriffith(k_hat=k_hat, contact=contact)
     creepages = [0.0, *np.geomspace(1e-3, 20.0, 7), -0.7]
-    for x, found in zip(
+    for x, patch in zip(
         creepages, page.call(PATCHES, contact, creepages, k_hat, POINTS), strict=True
     ):
-        eta, position, traction, boundary = map(np.array, found)
+        eta, position, traction, boundary = map(np.array, patch)
         eta, boundary = eta[:, None], boundary[:, None]
         assert position.shape == (eta.size, POINTS)
         assert np.all(np.diff(position[len(position) // 2]) >= 0.0)
@@ -297,10 +297,10 @@ def test_a_layer_s_traction_is_that_of_the_law(
 ) -> None:
     law = cl.CarterGriffith(k_hat=k_hat, contact=contact, layer_ratio=layer)
     creepages = [0.0, 0.01, 0.2, 0.8, 2.0, 30.0, -0.7]
-    for x, found in zip(
+    for x, patch in zip(
         creepages, page.call(PATCHES, contact, creepages, k_hat, POINTS, layer), strict=True
     ):
-        strips = list(zip(*found, strict=True))
+        strips = list(zip(*patch, strict=True))
         for eta, *parts, boundary in strips[len(strips) // 2 :: 10]:
             position, traction = map(np.array, parts)
             if x == 0.0:
