@@ -172,8 +172,8 @@ class Wheels:
 
     def _of(self, causality: str) -> list[str]:
         variables = self.tool.description.modelVariables
-        found = (v.name.split("[")[0] for v in variables if v.causality == causality)
-        return list(dict.fromkeys(found))
+        names = (v.name.split("[")[0] for v in variables if v.causality == causality)
+        return list(dict.fromkeys(names))
 
     def scalars(self, name: str) -> list[str]:
         """Names of the variables that hold a variable of each wheel."""
@@ -183,7 +183,7 @@ class Wheels:
         return [f"{stem}[{i + 1}]{end}" for i in range(self.count)]
 
     def references(self, *names: str) -> list[int]:
-        return [self.tool.references[one] for name in names for one in self.scalars(name)]
+        return [self.tool.references[scalar] for name in names for scalar in self.scalars(name)]
 
     def set(self, **values: list[float]) -> None:
         for name, each in values.items():

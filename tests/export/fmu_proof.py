@@ -99,18 +99,18 @@ def libraries(path: Path) -> list[Library]:
         exports = {entry.name for entry in file.get_export().entries}
         needs = [imported.name for imported in file.imports]
         return [Library(_platform(file.header.machine, "windows"), exports, needs, ())]
-    found = []
+    entries = []
     if lief.is_macho(str(path)):
-        own = lief.MachO.LoadCommand.TYPE.ID_DYLIB
+        itself = lief.MachO.LoadCommand.TYPE.ID_DYLIB
         file = lief.MachO.parse(str(path))  # a name, as its parts do not keep it alive
         for part in file:
             if part.header.file_type == lief.MachO.Header.FILE_TYPE.DYLIB:
                 exports = {symbol.name.removeprefix("_") for symbol in part.exported_symbols}
-                needs = [each.name for each in part.libraries if each.command != own]
+                needs = [each.name for each in part.libraries if each.command != itself]
                 oldest = tuple(part.build_version.minos)[:2] if part.has_build_version else ()
                 platform = _platform(part.header.cpu_type, "darwin")
-                found.append(Library(platform, exports, needs, oldest))
-    return found
+                entries.append(Library(platform, exports, needs, oldest))
+    return entries
 
 
 def _platform(machine: Any, system: str) -> str:
@@ -157,8 +157,8 @@ def _archive(archive: zipfile.ZipFile) -> Iterator[str]:
             yield f"{entry.filename} is no relative path of a file"
         if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             yield f"{entry.filename}: compression method {entry.compress_type}"
-        if found := MACHINE.search(archive.read(entry)):
-            yield f"{entry.filename} has a path of a machine: {found[0]!r}"
+        if match := MACHINE.search(archive.read(entry)):
+            yield f"{entry.filename} has a path of a machine: {match[0]!r}"
 
 
 def _description(description: Any) -> Iterator[str]:
@@ -234,10 +234,10 @@ def _binary(scratch: Path, folder: str, platforms: list[str], description: Any) 
         return
     header = (FMPY / "c-code" / f"fmi{version}Functions.h").read_text()
     functions = set(re.findall(rf"#define (fmi{version}\w+)\s+fmi{version}FullName", header))
-    found = libraries(path)
-    if not found or not {each.platform for each in found} <= set(platforms):
-        yield f"{what} is for {[each.platform for each in found]}, must be for {platforms}"
-    for each in found:
+    parts = libraries(path)
+    if not parts or not {each.platform for each in parts} <= set(platforms):
+        yield f"{what} is for {[each.platform for each in parts]}, must be for {platforms}"
+    for each in parts:
         if lacking := functions - each.exports:
             yield f"{what} does not export {sorted(lacking)}"
         if others := [name for name in each.needs if not SYSTEM_LIBRARY.fullmatch(name)]:
@@ -258,9 +258,9 @@ def _instances(folder: Path) -> Iterator[str]:
 
 
 def main(paths: list[str]) -> int:
-    found = [f"{path}: {fault}" for path in paths for fault in faults(Path(path), everywhere=True)]
-    print(*(found or [f"{len(paths)} FMUs are as they must be"]), sep="\n")
-    return 1 if found or not paths else 0
+    lines = [f"{path}: {fault}" for path in paths for fault in faults(Path(path), everywhere=True)]
+    print(*(lines or [f"{len(paths)} FMUs are as they must be"]), sep="\n")
+    return 1 if lines or not paths else 0
 
 
 if __name__ == "__main__":

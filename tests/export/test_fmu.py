@@ -82,13 +82,13 @@ def test_fmu_holds_all_that_a_person_or_a_tool_looks_for(
         "resources/creep_table.csv",
         f"sources/fmi{version}.c",
     }
-    own = {
+    extras = {
         2: {"model.png", "binaries/linux64/CreepForceElement.so"},
         3: {"terminalsAndIcons/icon.png", "binaries/x86_64-linux/CreepForceElement.so"},
     }
     if kernel.platform_name() != "x86_64-linux":
-        own = {v: {n for n in files if "binaries" not in n} for v, files in own.items()}
-    assert always | own[version] <= names
+        extras = {v: {n for n in files if "binaries" not in n} for v, files in extras.items()}
+    assert always | extras[version] <= names
     assert f"sources/fmi{5 - version}.c" not in names
 
 
@@ -208,9 +208,9 @@ def test_directional_derivatives_are_the_kernel_s(
         expected[unknowns.index("step_size_hint")] = 0.0
     with Instance(exported(locomotive, tmp_path, name, version)).initialize() as tool:
         tool.set(**{n: v for n, v in point.items() if n in tool.references})
-        found = tool.derivative(unknowns, knowns, list(seed.values()))
-        assert found == expected
-        for n, value in zip(unknowns, found, strict=True):
+        derivatives = tool.derivative(unknowns, knowns, list(seed.values()))
+        assert derivatives == expected
+        for n, value in zip(unknowns, derivatives, strict=True):
             assert tool.derivative([n], knowns, list(seed.values())) == [value], n
         if version == 2:
             return
@@ -221,7 +221,7 @@ def test_directional_derivatives_are_the_kernel_s(
         for weight, tolerance in ((weights * exact, 1e-11), (weights, 1e-7)):
             adjoint = tool.derivative(unknowns, knowns, weight.tolist(), adjoint=True)
             size = np.abs(np.multiply(adjoint, list(seed.values()))).sum()
-            difference = np.dot(adjoint, list(seed.values())) - np.dot(weight, found)
+            difference = np.dot(adjoint, list(seed.values())) - np.dot(weight, derivatives)
             assert abs(difference) < tolerance * size
 
 
@@ -392,9 +392,9 @@ def test_state_that_ran_off_by_too_long_steps_is_refused_with_the_step_that_hold
 
     ((category, text),) = run(5e-3)
     assert category == "logStatusDiscard"
-    found = re.search(r"steps are longer than ([\d.e-]+) s: take shorter", text)
-    assert found
-    assert run(0.98 * float(found[1])) == []
+    match = re.search(r"steps are longer than ([\d.e-]+) s: take shorter", text)
+    assert match
+    assert run(0.98 * float(match[1])) == []
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -406,7 +406,7 @@ def test_setters_set_states_in_continuous_time_mode_alone(
     names = [v.name for v in description.of_role("state")]
     read = [v.name for v in description.of_role("output", "derivative", "indicator")]
     state = (20.25, 10.0, 0.2, 0.6, 0.01)[: len(names)]
-    found = []
+    readings = []
     for by_name in (True, False):
         with Instance(folder, exchange=True).start(drive_torque=2e4) as tool:
             getattr(tool.fmu, {2: "newDiscreteStates", 3: "updateDiscreteStates"}[version])()
@@ -416,8 +416,8 @@ def test_setters_set_states_in_continuous_time_mode_alone(
             else:
                 tool.fmu.setContinuousStates((ctypes.c_double * len(state))(*state), len(state))
             assert tool.get(*names) == list(state)
-            found.append([value.hex() for value in tool.get(*read)])
-    assert found[0] == found[1]
+            readings.append([value.hex() for value in tool.get(*read)])
+    assert readings[0] == readings[1]
     for exchange in (True, False):  # event mode and co-simulation
         tool = Instance(folder, exchange=exchange).start()
         with tool, tool.refused("omega cannot be set after initialization", status=3):
@@ -502,11 +502,11 @@ def test_wheel_lifts_off_and_comes_back(
         for i, load in enumerate(loads):
             tool.set(**under(load))
             tool.step(1e-3 * i, 1e-3)
-            (found,) = tool.get(force)
-            assert abs(found) <= max(load, 0.0)
+            (value,) = tool.get(force)
+            assert abs(value) <= max(load, 0.0)
             if not pair:
                 assert tool.get("unloaded") == [load <= 0.0]
-        assert found != 0.0
+        assert value != 0.0
         for i, friction in enumerate((0.0, 1e-9, -1e-9, -1e-6)):  # a tool may probe at zero
             tool.set(**under(1e5, friction))
             tool.step(1e-3 * (len(loads) + i), 1e-3)
@@ -593,8 +593,8 @@ def test_resource_locations(
 
 
 def test_wrong_token_is_refused(unpacked: Path) -> None:
-    own = fmpy.read_model_description(str(unpacked)).guid
-    for token in ("{other}", "", kernel.token(), f"{kernel.token()}-car-1", own + 80 * "x"):
+    guid = fmpy.read_model_description(str(unpacked)).guid
+    for token in ("{other}", "", kernel.token(), f"{kernel.token()}-car-1", guid + 80 * "x"):
         log: list[tuple[str, str]] = []
         with pytest.raises(Exception, match="instantiate"):
             Instance(unpacked, token=token, log=log)
@@ -620,14 +620,14 @@ def test_summed_steps_may_pass_the_stop_time_by_their_rounding(
 def test_state_of_another_fmu_is_refused(
     rig: cl.Model, locomotive: cl.Model, tmp_path: Path
 ) -> None:
-    one, other = (Instance(exported(model, tmp_path)).start() for model in (rig, locomotive))
-    with one, other:
-        saved = one.fmu.serializeFMUstate(one.fmu.getFMUState())
-        one.fmu.deSerializeFMUstate(saved)
+    first, other = (Instance(exported(model, tmp_path)).start() for model in (rig, locomotive))
+    with first, other:
+        saved = first.fmu.serializeFMUstate(first.fmu.getFMUState())
+        first.fmu.deSerializeFMUstate(saved)
         with other.refused("belongs to another FMU"):
             other.fmu.deSerializeFMUstate(saved)
-        with one.refused("checksum"):
-            one.fmu.deSerializeFMUstate(saved[:-1] + bytes([saved[-1] ^ 1]))
+        with first.refused("checksum"):
+            first.fmu.deSerializeFMUstate(saved[:-1] + bytes([saved[-1] ^ 1]))
 
 
 def test_reset_gives_the_start_values_back(tool: Instance) -> None:
@@ -851,9 +851,9 @@ def test_implicit_force_names_the_inverse_mass_that_fits(
                 assert tool.log == []
                 continue
             ((_, text),) = tool.log
-        found = re.search(r"as with (\S+) 1/kg; set that", text)
-        assert found is not None
-        assert float(found[1]) == pytest.approx(right, rel=0.02)
+        match = re.search(r"as with (\S+) 1/kg; set that", text)
+        assert match is not None
+        assert float(match[1]) == pytest.approx(right, rel=0.02)
 
 
 @pytest.mark.parametrize("parallel", [False, True])

@@ -20,8 +20,8 @@ BEFORE, AFTER = 330, 200  # steps before and after a state is saved, as the whee
     scope="module", params=[Subject(name, v) for name in EXPORTS for v in (2, 3)], ids=str
 )
 def subject(request: pytest.FixtureRequest) -> Subject:
-    found: Subject = request.param
-    return found
+    chosen: Subject = request.param
+    return chosen
 
 
 @pytest.fixture(scope="module")

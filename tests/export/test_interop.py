@@ -214,10 +214,10 @@ def run_libcosim(case: Case) -> FloatArray:
 def test_tool_gives_the_same_trajectory(
     case: Case, run: Run, tool: Callable[[Case], FloatArray]
 ) -> None:
-    found = tool(case)
-    assert found.shape == run.stepped.shape
+    trajectory = tool(case)
+    assert trajectory.shape == run.stepped.shape
     allowed = TOLERANCE * np.abs(run.stepped).max(axis=0)
-    errors = np.abs(found - run.stepped).max(axis=0)
+    errors = np.abs(trajectory - run.stepped).max(axis=0)
     rows = zip(case.outputs, errors.tolist(), allowed.tolist(), strict=True)
     assert {name: error for name, error, largest in rows if not error <= largest} == {}
 
@@ -262,11 +262,11 @@ def emulator(platform: str) -> list[str]:
     if platform == kernel.platform_name():
         return []
     programs, options = EMULATORS[platform]
-    found = [path for path in map(shutil.which, programs) if path]
+    emulators = [path for path in map(shutil.which, programs) if path]
     folders = [option for option in options if option.startswith("/")]
-    if not found or not all(Path(folder).is_dir() for folder in folders):
+    if not emulators or not all(Path(folder).is_dir() for folder in folders):
         missing(f"nothing here runs programs of {platform}: {' or '.join(programs)} {folders}")
-    return [found[0], *options]
+    return [emulators[0], *options]
 
 
 def library_of(case: Case, platform: str) -> Path:
@@ -452,13 +452,13 @@ def test_casadi_reads_every_output_as_a_real_number(
             }
             start = dict(zip(inputs, builder.start(inputs), strict=True))
             values: dict[str, Any] = {name: given.get(name, start[name]) for name in inputs}
-            found = called(list(values.values()), parameters)
+            answer = called(list(values.values()), parameters)
             slopes = by_input(list(values.values()), parameters)
             tool.set(**values)
-            assert np.array(found).ravel().tolist() == tool.get(*outputs)
+            assert np.array(answer).ravel().tolist() == tool.get(*outputs)
             assert np.isfinite(np.array(slopes)).all()
     if kind == "force_element":
-        falls = float(found[outputs.index("falling_branch")])
+        falls = float(answer[outputs.index("falling_branch")])
         assert falls == 1.0  # at the last point
 
 
@@ -494,20 +494,20 @@ def test_casadi_reads_derivatives_and_their_exact_jacobian(
     rates = [f"der({name})" for name in names["x"]]
     description = Description(locomotive, "wheelset")
     kind, contact, start = description.kind, description.native_contact, description.start_values
-    own = kernel.NativeModel(kind, contact, start)
+    native = kernel.NativeModel(kind, contact, start)
     falling = []
     for creepage in (-0.2, -1e-3, 1e-3, 0.01, 0.02, 0.5):
         point = {"drive_torque": 2e4, "lateral_velocity": 0.01, "spin_velocity": 0.5}
         point = {**start, **point, "omega": 20.0 * (1.0 + creepage), "friction_scale": 0.8}
         x, u = ([point[name] for name in names[group]] for group in ("x", "u"))
-        own.set(**point)
-        own.evaluate()
+        native.set(**point)
+        native.evaluate()
         ode, y = equations(x, u)
-        np.testing.assert_allclose(ode.full().ravel(), own.get(*rates), rtol=1e-13)
-        np.testing.assert_allclose(y.full().ravel(), own.get(*names["y"]), rtol=1e-13)
-        falling += own.get("falling_branch")
-        found = jacobian(x + u).full()
-        columns = [own.tangent(rates, {name: 1.0}) for name in names["x"] + names["u"]]
+        np.testing.assert_allclose(ode.full().ravel(), native.get(*rates), rtol=1e-13)
+        np.testing.assert_allclose(y.full().ravel(), native.get(*names["y"]), rtol=1e-13)
+        falling += native.get("falling_branch")
+        computed = jacobian(x + u).full()
+        columns = [native.tangent(rates, {name: 1.0}) for name in names["x"] + names["u"]]
         exact = np.transpose(columns)
-        np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+        np.testing.assert_allclose(computed, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
     assert {0.0, 1.0} == {*falling}

@@ -307,7 +307,7 @@ def test_a_limit_of_substeps_leaves_easy_steps_alone_and_estimates_the_error_of_
     for i in range(400):
         library.set(friction_scale=0.2 if i // 50 % 2 else 1.0)
         before = library.bytes
-        for limit, found in errors.items():
+        for limit, of_limit in errors.items():
             library.set(max_substeps=limit)
             assert library.step(1e-3) == ""
             force, held = library.get("creep_force", "held_tolerance")
@@ -315,9 +315,9 @@ def test_a_limit_of_substeps_leaves_easy_steps_alone_and_estimates_the_error_of_
             library.ffi.memmove(library.element, before, len(before))
             assert library.step(1e-3) == ""
             exact, torque = library.get("creep_force", "wheel_torque")
-            found.append(abs(force - exact) / friction)
+            of_limit.append(abs(force - exact) / friction)
             if held == 1e-6:
-                assert found[-1] < 1e-6
+                assert of_limit[-1] < 1e-6
             if limit < 1e5:
                 library.ffi.memmove(library.element, before, len(before))
         torque += 0.4 * friction * radius * (1.0 + 0.5 * math.sin(0.1 * i))
@@ -334,9 +334,9 @@ def test_another_compiler_gives_the_same_numbers(
     folder = cl.export_kernel(models["locomotive"], tmp_path)
     other = Library(folder, *compiler(name), "-std=c99", "-O3", "-ffp-contract=off")
     for inputs in random_inputs(models["locomotive"], 300):
-        for one in (library, other):
-            one.set(**inputs)
-            assert one.step(1e-2) == ""
+        for build in (library, other):
+            build.set(**inputs)
+            assert build.step(1e-2) == ""
         # fmax(0.0, -0.0) has any sign.
         assert np.array_equal(np.frombuffer(other.bytes), np.frombuffer(library.bytes))
 
@@ -351,14 +351,14 @@ def test_fast_mathematics_are_refused(folders: dict[str, Path], tmp_path: Path) 
 @pytest.fixture(scope="module")
 def printed(folders: dict[str, Path]) -> dict[str, str]:
     """What the example prints with each folder's file, which becomes a library there."""
-    found = {}
+    outputs = {}
     for name, folder in folders.items():
         library, program = folder / "libcontactlib.so", folder / "example"
         command = (*compiler("gcc"), "-std=c99", "-O2", "-ffp-contract=off")
         run(*command, "-shared", "-fPIC", folder / "contactlib.c", "-lm", "-o", library)
         run(*command, folder / "example.c", library, f"-Wl,-rpath,{folder}", "-o", program)
-        found[name] = run(program)
-    return found
+        outputs[name] = run(program)
+    return outputs
 
 
 @pytest.mark.tools

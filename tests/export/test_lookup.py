@@ -22,12 +22,12 @@ FINE = np.concatenate([np.linspace(0.0, 0.1, 100_001), np.linspace(0.1, 1.0, 90_
 
 @pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5])
 def test_interpolation_keeps_the_error(rig: cl.Model, error: float) -> None:
-    found = cl.lookup_table(rig, error=error)
+    table = cl.lookup_table(rig, error=error)
     law = rig.wheelset.element.at_creepage(FINE, speed=10.0)["creep_force"]
-    between = np.interp(FINE, found.creepage, found.creep_force)
+    between = np.interp(FINE, table.creepage, table.creep_force)
     worst = np.abs(between - law).max() / law.max()
     assert 0.5 * error < worst <= error * (1.0 + 1e-6)
-    assert found.attrs["largest_error_found"] == pytest.approx(worst, rel=0.02)
+    assert table.attrs["largest_error_found"] == pytest.approx(worst, rel=0.02)
 
 
 def test_the_limit_to_static_friction_keeps_the_error(rig: cl.Model) -> None:
@@ -38,21 +38,21 @@ def test_the_limit_to_static_friction_keeps_the_error(rig: cl.Model) -> None:
         element = cl.ForceElement(
             rig.wheelset.element.contact, friction, table=rig.wheelset.element.table, radius=0.5
         )
-    found = cl.lookup_table(element)
+    table = cl.lookup_table(element)
     law = element.at_creepage(FINE, speed=10.0)["creep_force"]
-    between = np.interp(FINE, found.creepage, found.creep_force)
+    between = np.interp(FINE, table.creepage, table.creep_force)
     assert np.abs(between - law).max() <= 1e-3 * (1.0 + 1e-6) * law.max()
-    assert found.sizes["creepage"] < 60
+    assert table.sizes["creepage"] < 60
 
 
 def test_chosen_axes_keep_the_error(rig: cl.Model) -> None:
     ends = {"normal_load": (50e3, 300e3), "friction_scale": (0.3, 1.0)}
     load, scale = (slice(*e) for e in ends.values())
-    found = cl.lookup_table(rig, normal_load=load, friction_scale=scale, error=5e-3)
-    assert found.creep_force.dims == ("normal_load", "friction_scale", "creepage")
-    axes = [found[name].values for name in found.creep_force.dims]
+    table = cl.lookup_table(rig, normal_load=load, friction_scale=scale, error=5e-3)
+    assert table.creep_force.dims == ("normal_load", "friction_scale", "creepage")
+    axes = [table[name].values for name in table.creep_force.dims]
     assert [(axis[0], axis[-1]) for axis in axes] == [*ends.values(), (0.0, 1.0)]
-    force = RegularGridInterpolator(axes, found.creep_force.values)
+    force = RegularGridInterpolator(axes, table.creep_force.values)
     random = np.random.default_rng(3)
     zeta = np.linspace(0.0, 0.2, 2001)
     for load, scale in zip(
@@ -69,14 +69,14 @@ def test_chosen_axes_keep_the_error(rig: cl.Model) -> None:
 
 def test_given_axes_are_kept_and_the_error_between_them_is_reported(rig: cl.Model) -> None:
     element = falling(rig.wheelset.element)
-    found = cl.lookup_table(element, speed=[5.0, 10.0, 20.0], normal_load=100e3)
-    assert found.creep_force.dims == ("speed", "creepage")
-    assert found.speed.values.tolist() == [5.0, 10.0, 20.0]
-    assert float(found.normal_load) == 100e3
-    assert "between the given points of the other axes it is up to 0." in found.attrs["error_is"]
+    table = cl.lookup_table(element, speed=[5.0, 10.0, 20.0], normal_load=100e3)
+    assert table.creep_force.dims == ("speed", "creepage")
+    assert table.speed.values.tolist() == [5.0, 10.0, 20.0]
+    assert float(table.normal_load) == 100e3
+    assert "between the given points of the other axes it is up to 0." in table.attrs["error_is"]
     for speed in (5.0, 10.0, 20.0):
         law = element.at_creepage(FINE, speed=speed, normal_load=100e3)["creep_force"]
-        got = np.interp(FINE, found.creepage, found.creep_force.sel(speed=speed))
+        got = np.interp(FINE, table.creepage, table.creep_force.sel(speed=speed))
         assert np.abs(got - law).max() <= 1e-3 * law.max() * (1.0 + 1e-6)
 
 
@@ -95,29 +95,29 @@ def test_a_table_is_a_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
 
 
 def test_a_table_for_several_loads_is_no_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
-    found = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
-    path = write_lookup_table(found, tmp_path / "curve.csv")
+    table = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
+    path = write_lookup_table(table, tmp_path / "curve.csv")
     with pytest.raises(ValueError, match=r"curve\.csv: line \d+: normal_load varies"):
         cl.TractionData.from_csv(path)
 
 
 def test_all_formats_hold_the_same_and_state_the_error(rig: cl.Model, tmp_path: Path) -> None:
-    found = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
-    paths = {kind: write_lookup_table(found, tmp_path / f"curve{kind}") for kind in FORMATS}
+    table = cl.lookup_table(rig, normal_load=[50e3, 100e3], error=0.05)
+    paths = {kind: write_lookup_table(table, tmp_path / f"curve{kind}") for kind in FORMATS}
     with xarray.open_dataset(paths[".nc"], engine="scipy") as read:
-        xarray.testing.assert_identical(read.load(), found)
+        xarray.testing.assert_identical(read.load(), table)
     matrices = loadmat(paths[".mat"])
     for name in ("normal_load", "creepage", "creep_force", "traction_coefficient"):
-        assert (matrices[name].squeeze() == found[name].values).all()
+        assert (matrices[name].squeeze() == table[name].values).all()
     assert matrices["error"].item() == 0.05
     lines = paths[".csv"].read_text().splitlines()
     assert "# error: 0.05" in lines
     head = next(i for i, line in enumerate(lines) if not line.startswith("#"))
     columns = np.loadtxt(lines[head + 1 :], delimiter=",").T
     assert lines[head] == "normal_load,creepage,traction_coefficient,creep_force"
-    assert (columns[3] == found.creep_force.values.ravel()).all()
+    assert (columns[3] == table.creep_force.values.ravel()).all()
     for kind, path in paths.items():  # no date, no other chance
-        again = write_lookup_table(found, tmp_path / f"again{kind}")
+        again = write_lookup_table(table, tmp_path / f"again{kind}")
         assert again.read_bytes() == path.read_bytes()
 
 

@@ -35,8 +35,8 @@ PLAIN = pytest.mark.parametrize("subject", SUBJECTS[:2], ids=str, indirect=True)
 
 @pytest.fixture(scope="module", params=SUBJECTS, ids=str)
 def subject(request: pytest.FixtureRequest) -> Subject:
-    found: Subject = request.param
-    return found
+    chosen: Subject = request.param
+    return chosen
 
 
 @pytest.fixture(scope="module")
@@ -89,14 +89,14 @@ def in_python(locomotive: cl.Model) -> cl.Result:
 def on_grid(time: FloatArray, values: FloatArray) -> FloatArray:
     """Values at the multiples of the interval, without interpolation: the last at each time."""
     grid = INTERVAL * np.arange(round(STOP / INTERVAL) + 1)
-    found = np.searchsorted(time, grid + 1e-9, side="right") - 1
-    np.testing.assert_allclose(time[found], grid, rtol=0.0, atol=1e-9)
-    return values[found]
+    last = np.searchsorted(time, grid + 1e-9, side="right") - 1
+    np.testing.assert_allclose(time[last], grid, rtol=0.0, atol=1e-9)
+    return values[last]
 
 
-def difference(one: FloatArray, other: FloatArray) -> float:
+def difference(values: FloatArray, expected: FloatArray) -> float:
     """Largest, over the largest magnitude."""
-    return float(np.abs(one - other).max() / np.abs(other).max())
+    return float(np.abs(values - expected).max() / np.abs(expected).max())
 
 
 def test_solver_and_steps_of_the_fmu_give_one_trajectory(exchanged: Any, stepped: Any) -> None:
@@ -104,8 +104,8 @@ def test_solver_and_steps_of_the_fmu_give_one_trajectory(exchanged: Any, stepped
     # the tolerance was seen, at the return, where the wheel sticks within milliseconds.
     assert np.max(stepped["creepage"]) > 1.0
     for name in ("omega", "speed"):
-        one = on_grid(exchanged["time"], exchanged[name])
-        assert difference(one, stepped[name]) < 100.0 * TOLERANCE
+        solved = on_grid(exchanged["time"], exchanged[name])
+        assert difference(solved, stepped[name]) < 100.0 * TOLERANCE
 
 
 @PLAIN

@@ -82,8 +82,8 @@ class Point:
     @cached_property
     def slip(self) -> float:
         """Slip velocity to which the outputs belong [m/s]."""
-        own = self.values["radius"] * self.values["omega"] - self.values["speed"]
-        return own if self.step_slip is None else self.step_slip
+        now = self.values["radius"] * self.values["omega"] - self.values["speed"]
+        return now if self.step_slip is None else self.step_slip
 
     @cached_property
     def slowest(self) -> float:
@@ -368,15 +368,15 @@ def check(point: Point, where: object) -> None:
         if v.role not in CALCULATED:
             continue
         assert v.name in relations, f"{v.name} is calculated: state its relation to the others"
-        found, expected = point.values[v.name], relations[v.name](point)
-        what = f"{v.name} = {found!r}, {where}"
+        computed, expected = point.values[v.name], relations[v.name](point)
+        what = f"{v.name} = {computed!r}, {where}"
         if isinstance(expected, bool):
             assert expected, what
         else:
             value, within, scale = (
                 (expected, 1e-9, 0.0) if isinstance(expected, float) else expected
             )
-            assert abs(found - value) <= within * max(abs(value), scale), f"{what}: {value!r}"
+            assert abs(computed - value) <= within * max(abs(value), scale), f"{what}: {value!r}"
 
 
 def read(wheels: Wheels, description: Description) -> list[Point]:

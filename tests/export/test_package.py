@@ -72,7 +72,7 @@ def test_explicit_solver_follows_the_reference_run(
         substeps = math.ceil(step / (0.5 * model.explicit_step()))
         rises = np.abs(run["normalized_creepage"]) < 2.0
         rows = np.flatnonzero(rises[1:] & rises[:-1])[::4]
-    found, y = [], np.array(model.get(*states))
+    solved, y = [], np.array(model.get(*states))
     for row in run[rows]:
         if description.remembers:
             y = np.array([row[name] for name in states])
@@ -80,9 +80,9 @@ def test_explicit_solver_follows_the_reference_run(
             model.set(**dict(zip(states, y.tolist(), strict=True)), **{n: row[n] for n in inputs})
             model.evaluate()
             y = y + step / substeps * np.array(model.get(*rates))
-        found.append(y)
-    assert len(found) > 15
-    for name, values in zip(states, np.array(found).T, strict=True):
+        solved.append(y)
+    assert len(solved) > 15
+    for name, values in zip(states, np.array(solved).T, strict=True):
         expected = run[name][rows + 1]
         assert np.abs(values - expected).max() < 0.1 * np.ptp(run[name]), name
 
@@ -138,16 +138,16 @@ def test_description_names_who_made_what(
     fmu = cl.export_fmu(model, tmp_path / "a.fmu", author=author, version="2.3", **options)
     again = cl.export_fmu(model, tmp_path / "b.fmu", author=author, version="2.3", **options)
     assert again.read_bytes() == fmu.read_bytes()  # no date
-    found = fmpy.read_model_description(str(fmu))
-    assert (found.author, found.version) == (author, "2.3")
-    assert found.generationTool == f"contactlib {metadata.version('contactlib-rail')}"
+    description = fmpy.read_model_description(str(fmu))
+    assert (description.author, description.version) == (author, "2.3")
+    assert description.generationTool == f"contactlib {metadata.version('contactlib-rail')}"
     plain = fmpy.read_model_description(str(cl.export_fmu(model, tmp_path / "c.fmu", **options)))
     assert (plain.author, plain.version) == (None, None)
-    for v in found.modelVariables:
+    for v in description.modelVariables:
         if v.name == "weakening_length":
             kind = v.declaredType
             assert (kind.unit, kind.displayUnit) == ("m", "um")
-            (metre,) = (u for u in found.unitDefinitions if u.name == "m")
+            (metre,) = (u for u in description.unitDefinitions if u.name == "m")
             assert {d.name: d.factor for d in metre.displayUnits}["um"] == 1e6
 
 

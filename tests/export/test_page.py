@@ -156,8 +156,8 @@ def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
             ratio = float(row.get("layer_ratio", 0.0))
             assert ratio == pytest.approx(description.element.layer_ratio, rel=1e-8)
             x, k_hat = float(row["normalized_creepage"]), float(row["k_hat"])
-            found = table.traction_ratio(x, k_hat, description.element.layer_ratio)
-            assert float(row["traction_ratio"]) == pytest.approx(found, abs=1e-8)
+            expected = table.traction_ratio(x, k_hat, description.element.layer_ratio)
+            assert float(row["traction_ratio"]) == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.parametrize("implicit", [False, True])
@@ -243,9 +243,9 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
 
     def table(memory: bool) -> np.ndarray:
         root = tree_of(page_of(locomotive, memory=memory))
-        found = root.find(".//*[@class='steps']")
-        assert found is not None
-        rows = [[text_of(cell) for cell in row] for row in found.iter(f"{HTML}tr")][1:]
+        section = root.find(".//*[@class='steps']")
+        assert section is not None
+        rows = [[text_of(cell) for cell in row] for row in section.iter(f"{HTML}tr")][1:]
         return np.array(rows, dtype=float)
 
     speed, sequential, parallel = table(memory=False).T

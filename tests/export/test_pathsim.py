@@ -46,7 +46,7 @@ def error(
     model: cl.Model, time: FloatArray, omega: FloatArray, torque: cl.Profile, **inputs: Any
 ) -> float:
     """Largest difference from our own run [rad/s]."""
-    own = cl.simulate(
+    run = cl.simulate(
         model.wheelset,
         cl.TorqueControl(torque),
         initial_speed=10.0,
@@ -56,9 +56,9 @@ def error(
         tolerance=1e-11,
         **inputs,
     )
-    assert own["omega"].max() > 60.0  # it slipped away
+    assert run["omega"].max() > 60.0  # it slipped away
     until = time < DURATION
-    return float(np.abs(omega - np.interp(time, own.time, own["omega"]))[until].max())
+    return float(np.abs(omega - np.interp(time, run.time, run["omega"]))[until].max())
 
 
 def stepped(guide: dict[str, Any], step: float, *inputs: Any) -> tuple[FloatArray, FloatArray]:

@@ -69,9 +69,9 @@ def test_fmi_2_for_arm_alone_is_also_where_importers_look(
     libraries: dict[str, Path], system: str
 ) -> None:
     name = f"aarch64-{system}"
-    found = binaries([name], 2, "Wheel")
-    assert {path.split("/")[1] for path in found} == {name, f"{system}64"}
-    assert set(found.values()) == {libraries[name].read_bytes()}
+    members = binaries([name], 2, "Wheel")
+    assert {path.split("/")[1] for path in members} == {name, f"{system}64"}
+    assert set(members.values()) == {libraries[name].read_bytes()}
 
 
 def test_universal_file_holds_each_library_whole_and_aligned() -> None:
@@ -209,9 +209,9 @@ def hook() -> ModuleType:
     spec = spec_from_file_location("build_hook", package_folder("fmu") / "build_hook.py")
     assert spec is not None
     assert spec.loader is not None
-    found = module_from_spec(spec)  # whose functions see what a test puts in their place
-    spec.loader.exec_module(found)
-    return found
+    module = module_from_spec(spec)  # whose functions see what a test puts in their place
+    spec.loader.exec_module(module)
+    return module
 
 
 Wheel = Callable[..., dict[str, Any]]

@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_files_are_those_that_the_readme_names(folder: Path) -> None:
-    ends = (".fmi2.fmu", ".fmi3.fmu", "_in.csv", *(f"_{one}.csv" for one in INTERFACES))
+    ends = (".fmi2.fmu", ".fmi3.fmu", "_in.csv", *(f"_{interface}.csv" for interface in INTERFACES))
     expected = {"README.md", *(f"{name}{end}" for name in MODEL_NAMES.values() for end in ends)}
     assert {path.name for path in folder.iterdir()} == expected
     text = (folder / "README.md").read_text(encoding="ascii")
@@ -48,7 +48,7 @@ def test_another_tool_gets_the_reference(
     fmu = str(folder / f"{name}.fmi{version}.fmu")
     step = float(fmpy.read_model_description(fmu).defaultExperiment.stepSize)
     reference = fmpy.util.read_csv(folder / f"{name}_{interface}.csv")
-    found = fmpy.simulate_fmu(
+    simulated = fmpy.simulate_fmu(
         fmu,
         fmi_type={"cs": "CoSimulation", "me": "ModelExchange"}[interface],
         stop_time=reference["time"][-1],
@@ -58,11 +58,11 @@ def test_another_tool_gets_the_reference(
         output=list(reference.dtype.names[1:]),
     )
     # At an event there are two rows.
-    last = np.append(np.diff(found["time"]) > 1e-9, True)
-    at = np.abs(found["time"][last][:, None] - reference["time"]).argmin(axis=0)
-    assert np.abs(found["time"][last][at] - reference["time"]).max() < 1e-9
+    last = np.append(np.diff(simulated["time"]) > 1e-9, True)
+    at = np.abs(simulated["time"][last][:, None] - reference["time"]).argmin(axis=0)
+    assert np.abs(simulated["time"][last][at] - reference["time"]).max() < 1e-9
     for output in reference.dtype.names[1:]:
         expected = reference[output]
         size = np.abs(expected).max()
-        assert np.abs(found[output][last][at] - expected).max() <= TOLERANCE * size, output
+        assert np.abs(simulated[output][last][at] - expected).max() <= TOLERANCE * size, output
         assert np.ptp(expected) > 10.0 * TOLERANCE * size, output  # it shows something

@@ -174,7 +174,7 @@ def test_subsystem_has_the_connectors_of_a_wheelset(package: Path) -> None:
 
 
 def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.Model) -> None:
-    found = {}
+    values = {}
     for component in root_of(package / STRUCTURES[0]).iter(f"{SSD}Component"):
         (binding,) = component.iter(f"{SSD}ParameterBinding")
         root = root_of(package / binding.get("source", ""))
@@ -189,15 +189,15 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
             else:
                 assert value.get("unit") == (variable.unit or variable.declaredType.unit)
                 assert value.get("unit") in units
-            found[variable.name] = value.get("value", "")
+            values[variable.name] = value.get("value", "")
     wheelset = locomotive.wheelset
     assert wheelset.mass is not None
-    assert found["implicit"] == found["parallel_exchange"] == "true"
+    assert values["implicit"] == values["parallel_exchange"] == "true"
     inverse = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
-    assert float(found["effective_inverse_mass"]) == pytest.approx(inverse, rel=1e-15)
-    assert float(found["normal_load"]) == wheelset.element.normal_load
-    assert float(found["friction_scale"]) == 1.0
-    assert float(found["resistance_force"]) == 0.0
+    assert float(values["effective_inverse_mass"]) == pytest.approx(inverse, rel=1e-15)
+    assert float(values["normal_load"]) == wheelset.element.normal_load
+    assert float(values["friction_scale"]) == 1.0
+    assert float(values["resistance_force"]) == 0.0
 
 
 def test_inputs_of_the_subsystem_have_start_values_where_nothing_is_connected(
@@ -207,7 +207,7 @@ def test_inputs_of_the_subsystem_have_start_values_where_nothing_is_connected(
     system = root_of(package / "Subsystem.ssd").find(f"{SSD}System")
     assert system is not None
     (binding,) = system.findall(f"{SSD}ParameterBindings/{SSD}ParameterBinding")
-    found = {
+    bound = {
         parameter.get("name"): (parameter[0].get("value"), parameter[0].get("unit"))
         for parameter in root_of(package / binding.get("source", "")).iter(f"{SSV}Parameter")
     }
@@ -219,7 +219,7 @@ def test_inputs_of_the_subsystem_have_start_values_where_nothing_is_connected(
     }
     kinds = connector_kinds(root_of(package / "Subsystem.ssd"))
     inputs = {name for (part, name), (kind, _) in kinds.items() if (part, kind) == (None, "input")}
-    assert found == {name: starts[name] for name in inputs}
+    assert bound == {name: starts[name] for name in inputs}
     closed = root_of(package / "SystemStructure.ssd").find(f"{SSD}System")
     assert closed is not None
     assert closed.find(f"{SSD}ParameterBindings") is None
@@ -374,10 +374,10 @@ def run_ecos(ssp: Path, step: float | None, count: int) -> FloatArray:
     return np.array(rows)
 
 
-def assert_equal(found: FloatArray, expected: FloatArray) -> None:
-    assert found.shape == expected.shape
+def assert_equal(computed: FloatArray, expected: FloatArray) -> None:
+    assert computed.shape == expected.shape
     allowed = TOLERANCE * np.abs(expected).max(axis=0)
-    assert (np.abs(found - expected).max(axis=0) <= allowed).all()
+    assert (np.abs(computed - expected).max(axis=0) <= allowed).all()
 
 
 @pytest.mark.parametrize("run", [run_fmpy, run_libcosim, run_ecos])
@@ -399,11 +399,11 @@ def test_tool_runs_it_as_both_step_at_once(
     speed: float,
 ) -> None:
     model = replace(locomotive, initial_speed=speed)
-    found = run(cl.export_ssp(model, tmp_path / "it.ssp"), step, 200)
+    rows = run(cl.export_ssp(model, tmp_path / "it.ssp"), step, 200)
     expected = exchange(
         *parts(model), step=step or DEFAULT_STEP, count=200, from_nothing=run is run_fmpy
     )
-    assert_equal(found, expected)
+    assert_equal(rows, expected)
 
 
 @pytest.mark.parametrize("run", [run_fmpy, run_libcosim, run_ecos])

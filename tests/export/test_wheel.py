@@ -143,9 +143,9 @@ def test_it_has_the_package_and_what_describes_it(wheel: Wheel) -> None:
 
 
 def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
-    own = tree("contactlib", ".py")
-    found = {n for n in inside(wheel, "contactlib") if n.endswith(".py")}
-    assert found == own | {"fmu/build_hook.py"}
+    expected = tree("contactlib", ".py")
+    modules = {n for n in inside(wheel, "contactlib") if n.endswith(".py")}
+    assert modules == expected | {"fmu/build_hook.py"}
     assert not [name for name in wheel.files if re.search(r"test|conftest|source/|\.pyc", name)]
 
 
@@ -173,12 +173,12 @@ def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
 
 def test_its_libraries_are_those_of_its_platforms(wheel: Wheel, tmp_path: Path) -> None:
     """Its own, or those of all; each for the platform of its folder, and of these sources."""
-    found = {name: LIBRARY.fullmatch(name) for name in wheel.files if "_native/" in name}
-    platforms = {match[1] for match in found.values() if match}
-    own = TAGS[wheel.path.stem.split("-")[-1]]
-    assert len(platforms) == len(found)
-    assert platforms in ({own}, set(PLATFORMS))
-    for name, match in found.items():
+    matches = {name: LIBRARY.fullmatch(name) for name in wheel.files if "_native/" in name}
+    platforms = {match[1] for match in matches.values() if match}
+    platform = TAGS[wheel.path.stem.split("-")[-1]]
+    assert len(platforms) == len(matches)
+    assert platforms in ({platform}, set(PLATFORMS))
+    for name, match in matches.items():
         assert match
         (tmp_path / "library").write_bytes(wheel.files[name])
         (library,) = libraries(tmp_path / "library")
@@ -197,8 +197,8 @@ def test_the_record_is_right(wheel: Wheel) -> None:
             assert (digest, size) == ("", "")
             continue
         data = wheel.files[name]
-        found = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
-        assert (digest, int(size)) == (f"sha256={found}", len(data)), name
+        encoded = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+        assert (digest, int(size)) == (f"sha256={encoded}", len(data)), name
 
 
 def test_it_requires_what_the_project_lists(wheel: Wheel) -> None:
@@ -207,13 +207,13 @@ def test_it_requires_what_the_project_lists(wheel: Wheel) -> None:
     expected = {(None, required(text)) for text in project["dependencies"]}
     for extra in project["optional-dependencies"]:
         expected |= {(extra, required(text)) for text in expanded(project, extra)}
-    found = set()
+    required_by = set()
     for text in about.get_all("Requires-Dist"):
         requirement, _, marker = text.partition(";")
         extra = re.fullmatch(r" *extra == '(\w+)'", marker)
-        found.add((extra[1] if extra else None, required(requirement)))
+        required_by.add((extra[1] if extra else None, required(requirement)))
         assert bool(extra) == bool(marker)
-    assert found == expected
+    assert required_by == expected
     assert (about["Name"], about["Version"]) == (project["name"], project["version"])
     assert about["Requires-Python"] == project["requires-python"]
     assert about["License-Expression"] == project["license"]
@@ -228,12 +228,12 @@ def required(text: str) -> tuple[str, str]:
 
 def expanded(project: dict[str, Any], extra: str) -> set[str]:
     """What an extra requires, where it names others of the same project too."""
-    found: set[str] = set()
+    requirements: set[str] = set()
     for text in project["optional-dependencies"][extra]:
         requirement = Requirement(text)
         others = requirement.extras if requirement.name == project["name"] else ()
-        found |= set().union(*(expanded(project, o) for o in others)) if others else {text}
-    return found
+        requirements |= set().union(*(expanded(project, o) for o in others)) if others else {text}
+    return requirements
 
 
 def test_nothing_names_the_machine_that_built_it(wheel: Wheel) -> None:

@@ -61,15 +61,15 @@ def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
     for k in range(40):
         names = [name for name in together.inputs if k == 0 or name not in states]
         given = [inputs_at(names, i, k) for i in range(WHEELS)]
-        together.set(**{name: [one[name] for one in given] for name in given[0]})
-        for i, (one, values) in enumerate(zip(singles, given, strict=True)):
-            one.set(**values, **({"static_friction": FRICTION[i]} if k == 0 else {}))
+        together.set(**{name: [wheel[name] for wheel in given] for name in given[0]})
+        for i, (single, values) in enumerate(zip(singles, given, strict=True)):
+            single.set(**values, **({"static_friction": FRICTION[i]} if k == 0 else {}))
         for tool in (together.tool, *singles):
             if k == 0:
                 tool.fmu.exitInitializationMode()
             tool.step(0.001 * k, 0.001)
         for name in together.outputs:
-            expected = [one.get(name)[0] for one in singles]
+            expected = [single.get(name)[0] for single in singles]
             assert together.get(name) == expected, (name, k)
     if states:
         assert len({*together.get(states[0])}) == WHEELS
@@ -78,37 +78,37 @@ def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
 def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
     tools = Instance(pair[0], exchange=True), Instance(pair[1], exchange=True)
     together, count = Wheels(tools[0].start(), WHEELS), WHEELS
-    one = tools[1].start()
-    for tool in (together.tool, one):
+    single = tools[1].start()
+    for tool in (together.tool, single):
         tool.fmu.newDiscreteStates() if tool.version == 2 else tool.fmu.updateDiscreteStates()
         tool.fmu.enterContinuousTimeMode()
-    names = [v.derivative.name for v in one.description.modelVariables if v.derivative]
+    names = [v.derivative.name for v in single.description.modelVariables if v.derivative]
     falling = [name for name in ("falling_branch",) if name in together.outputs]
     given = [inputs_at(together.inputs, i, 7) for i in range(count)]
     together.set(**{name: [of[name] for of in given] for name in given[0]})
     start = {"omega": 20.0, "speed": 10.0, "held_traction": 0.1}
     for i in range(count):
-        one.set(**given[i], **{n: (1.0 + 0.001 * i) * start[n] for n in names if n in start})
+        single.set(**given[i], **{n: (1.0 + 0.001 * i) * start[n] for n in names if n in start})
         for name in names:
             values = together.get(name)
-            values[i] = one.get(name)[0]
+            values[i] = single.get(name)[0]
             together.set(**{name: values})
-        states, n = len(names), len(one.description.eventIndicators or ()) or 5
+        states, n = len(names), len(single.description.eventIndicators or ()) or 5
         for call, size in (
             ("ContinuousStates", states),
-            ("ContinuousStateDerivatives" if one.version == 3 else "Derivatives", states),
+            ("ContinuousStateDerivatives" if single.version == 3 else "Derivatives", states),
             ("EventIndicators", n if falling else 0),
         ):
-            all_of, alone = np.zeros(size * count), np.zeros(size)
-            for tool, numbers in ((together.tool, all_of), (one, alone)):
+            all_of, of_one = np.zeros(size * count), np.zeros(size)
+            for tool, numbers in ((together.tool, all_of), (single, of_one)):
                 pointer = np.ctypeslib.as_ctypes(numbers)
                 function = getattr(tool.fmu, f"fmi{tool.version}Get{call}")
                 function(tool.fmu.component, pointer, numbers.size)
-            np.testing.assert_array_equal(all_of.reshape(size, count)[:, i], alone, err_msg=call)
+            np.testing.assert_array_equal(all_of.reshape(size, count)[:, i], of_one, err_msg=call)
 
 
 def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
-    together, one = Wheels(Instance(pair[0]).start(), WHEELS), Instance(pair[1]).start()
+    together, single = Wheels(Instance(pair[0]).start(), WHEELS), Instance(pair[1]).start()
     outputs = [n for n in together.outputs if n in ("creep_force", "force_x", "lateral_force")]
     known = "creepage_x" if "creepage_x" in together.inputs else "omega"
     given = [inputs_at(together.inputs, i, 2) for i in range(WHEELS)]
@@ -116,12 +116,12 @@ def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
     of, to = together.references(*outputs), together.references(known)
     seed = [0.0] * WHEELS
     for i in range(WHEELS):
-        one.set(**given[i])
-        expected = one.derivative(outputs, [known], [2.0])
+        single.set(**given[i])
+        expected = single.derivative(outputs, [known], [2.0])
         seed[i] = 2.0
         size = [WHEELS * len(outputs)] if together.version == 3 else []
-        found = together.tool.fmu.getDirectionalDerivative(of, to, seed, *size)
-        table = np.reshape(found, (len(outputs), WHEELS))
+        derivative = together.tool.fmu.getDirectionalDerivative(of, to, seed, *size)
+        table = np.reshape(derivative, (len(outputs), WHEELS))
         seed[i] = 0.0
         np.testing.assert_array_equal(table[:, i], expected)
         assert np.count_nonzero(np.delete(table, i, axis=1)) == 0
@@ -129,14 +129,14 @@ def test_derivatives_couple_no_wheels(pair: tuple[Path, Path]) -> None:
     if together.version == 3:  # a common parameter moves all wheels, one per wheel only its own
         references = [together.tool.references[name] for name in friction]
         weight = np.arange(1.0, WHEELS * len(outputs) + 1.0).tolist()
-        found = together.tool.fmu.getAdjointDerivative(of, references, weight, WHEELS + 1)
+        adjoint = together.tool.fmu.getAdjointDerivative(of, references, weight, WHEELS + 1)
         columns = [
             together.tool.fmu.getDirectionalDerivative(
                 of, references, np.eye(WHEELS + 1)[j].tolist(), len(weight)
             )
             for j in range(WHEELS + 1)
         ]
-        np.testing.assert_allclose(found, np.array(columns) @ weight, rtol=1e-12, atol=1e-9)
+        np.testing.assert_allclose(adjoint, np.array(columns) @ weight, rtol=1e-12, atol=1e-9)
 
 
 def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
@@ -156,8 +156,8 @@ def test_saved_states_hold_all_wheels(pair: tuple[Path, Path]) -> None:
     together.tool.restore(saved)
     assert step(0.01) == first
     assert together.tool.saved() != saved
-    with Instance(pair[1]).start() as one, one.refused("another FMU"):
-        one.restore(saved)
+    with Instance(pair[1]).start() as single, single.refused("another FMU"):
+        single.restore(saved)
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -224,8 +224,8 @@ def test_fmpy_runs_eight_wheelsets(locomotive: cl.Model, tmp_path: Path, version
             )
             return np.array([run[name][-1] for name in output]).ravel()
 
-        alone = [end(single, ["omega"], {"drive_torque": value})[0] for value in torque]
-        np.testing.assert_allclose(end(eight, ends, starts), alone, rtol=1e-5)
+        expected = [end(single, ["omega"], {"drive_torque": value})[0] for value in torque]
+        np.testing.assert_allclose(end(eight, ends, starts), expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
