@@ -67,16 +67,16 @@ def check_axes(figure: Figure) -> None:
 
 def texts(figure: Figure) -> list[tuple[str, Bbox]]:
     """Titles, labels, legends and notes of a figure, and where they stand."""
-    found: list[tuple[str, Bbox]] = []
+    placed: list[tuple[str, Bbox]] = []
 
     def add(text: Text) -> None:
         if text.get_visible() and text.get_text().strip():
             # Of a note only its words: the arrow may cross what it likes.
             box = Text.get_window_extent(text) if isinstance(text, Annotation) else None
-            found.append((text.get_text(), box or text.get_window_extent()))
+            placed.append((text.get_text(), box or text.get_window_extent()))
 
     for text in [*figure.texts, figure._suptitle, figure._supxlabel]:  # type: ignore[attr-defined]
-        if text is not None and text.get_text() not in [name for name, _ in found]:
+        if text is not None and text.get_text() not in [name for name, _ in placed]:
             add(text)
     for axes in figure.axes:
         for text in [axes.title, axes._left_title, *axes.texts]:  # type: ignore[attr-defined]
@@ -90,9 +90,9 @@ def texts(figure: Figure) -> list[tuple[str, Bbox]]:
                     if low <= tick.get_loc() <= high:
                         add(tick.label1 if tick.label1.get_visible() else tick.label2)
         if (legend := axes.get_legend()) is not None:
-            found.append(("legend", legend.get_window_extent()))
-    found += [("legend", legend.get_window_extent()) for legend in figure.legends]
-    return found
+            placed.append(("legend", legend.get_window_extent()))
+    placed += [("legend", legend.get_window_extent()) for legend in figure.legends]
+    return placed
 
 
 def check_layout(figure: Figure) -> None:

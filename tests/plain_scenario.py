@@ -50,5 +50,5 @@ def controls(name: str) -> tuple[cl.TorqueControl, cl.CreepControl]:
     """Continuous controllers of the shipped scenarios, for the rig or the locomotive."""
     shipped = {"rig": "torque_or_creep_rig.toml", "locomotive": "torque_or_creep.toml"}
     scenario = cl.load_scenario(shipped[name])
-    found = [scenario.any_controller(one) for one in ("torque", "creep")]
-    return cast(tuple[cl.TorqueControl, cl.CreepControl], tuple(found))
+    chosen = [scenario.any_controller(key) for key in ("torque", "creep")]
+    return cast(tuple[cl.TorqueControl, cl.CreepControl], tuple(chosen))

@@ -53,8 +53,8 @@ def test_stability_is_that_of_the_wheelsets(locomotive: cl.Model, tmp_path: Path
                 wheelset, speed=speed, friction_scale=0.5, drive_torque=0.95 * fold
             )
             expected = 1e-3 * fold, 1e3 / pole, 1e3 * cleared.time
-            found = (lines(axes, name)[1][i] for axes in (torque, growth, times))
-            assert_allclose(list(found), expected)
+            drawn = (lines(axes, name)[1][i] for axes in (torque, growth, times))
+            assert_allclose(list(drawn), expected)
     check_all(figure, tmp_path)
 
 

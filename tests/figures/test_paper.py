@@ -36,10 +36,10 @@ class Curve(NamedTuple):
 def curve(axes: Axes, label: str) -> Curve:
     """The line of the axes with that label, or the only one whose label begins like that."""
     labels = [str(line.get_label()) for line in axes.lines]
-    (found,) = [i for i, name in enumerate(labels) if name == label] or [
+    (index,) = [i for i, name in enumerate(labels) if name == label] or [
         i for i, name in enumerate(labels) if name.startswith(label)
     ]
-    return Curve(*np.asarray(axes.lines[found].get_xydata()).T)
+    return Curve(*np.asarray(axes.lines[index].get_xydata()).T)
 
 
 def initial_slope(drawn: Curve) -> float:

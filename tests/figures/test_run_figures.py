@@ -35,8 +35,8 @@ def test_a_fast_ramp_reports_why_it_returns_late(name: str, request: pytest.Fixt
     """Below the return by J domega/dt, with which the slowing wheel drives the contact too."""
     model: cl.Model = request.getfixturevalue(name)
     note, body = return_note(model, name), model.wheelset
-    found = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", note)
-    assert found is not None
+    match = re.match(r"grip at ([\d.]+) kN m: the spinning wheel lags behind the ramp", note)
+    assert match is not None
     run = cl.simulate(body, controls(name)[0], initial_speed=10.0)
     spins = run.time > run.time[run["creepage"].argmax()]
     fold = cl.find_fold(body, speed=10.0)
@@ -44,7 +44,7 @@ def test_a_fast_ramp_reports_why_it_returns_late(name: str, request: pytest.Fixt
     slowing = np.gradient(run["omega"], run.time)[at]
     held = body.radius * run["creep_force"][at] + body.damping * run["omega"][at]
     assert slowing < 0.0
-    assert 1e3 * float(found[1]) == pytest.approx(held + body.inertia * slowing, abs=60.0)
+    assert 1e3 * float(match[1]) == pytest.approx(held + body.inertia * slowing, abs=60.0)
 
 
 @pytest.mark.filterwarnings("ignore:the run reaches")  # a slip work that the rig cannot cool
@@ -83,9 +83,9 @@ def test_a_title_notes_that_the_speed_changes(rig: cl.Model) -> None:
     title = fold_diagram(light, 24e3, 24e3).axes[0].get_title(loc="left")
     first, second = title.splitlines()
     assert first == steady
-    found = re.fullmatch(r"runs at \$V\$ = 10 to ([\d.]+) m/s", second)
-    assert found is not None
-    assert float(found[1]) > 15.0
+    match = re.fullmatch(r"runs at \$V\$ = 10 to ([\d.]+) m/s", second)
+    assert match is not None
+    assert float(match[1]) > 15.0
 
 
 def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model) -> None:
@@ -106,8 +106,8 @@ def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model)
         return abs(float(np.interp(point[1], creepage, torque) / point[0]) - 1.0)
 
     steady = next(i for i, line in enumerate(axes.lines) if "steady" in str(line.get_label()))
-    own = [np.asarray(line.get_xydata()) for line in axes.lines[steady : steady + 2]]
-    assert beside(*own) < 1e-4
+    at_own_speed = [np.asarray(line.get_xydata()) for line in axes.lines[steady : steady + 2]]
+    assert beside(*at_own_speed) < 1e-4
     first = [of[label] for label in AT_CONSTANT_TORQUE]
     assert beside(*first) > 0.02
 
@@ -172,9 +172,9 @@ def test_a_creep_curve_beyond_the_law_notes_it(locomotive: cl.Model) -> None:
     figure = figures.creep_curve(beyond, speed=10.0)
     title, held, zone = figure.axes[0].get_title(loc="left").splitlines()
     assert "process zone ratio" not in title
-    found = re.fullmatch(r"\$\\hat K\$ is held at 2, the law's largest, from ([\d.]+) % on", held)
-    assert found is not None
-    at = beyond.element.at_creepage([0.009 * float(found[1]), 0.0101 * float(found[1])], speed=10.0)
+    match = re.fullmatch(r"\$\\hat K\$ is held at 2, the law's largest, from ([\d.]+) % on", held)
+    assert match is not None
+    at = beyond.element.at_creepage([0.009 * float(match[1]), 0.0101 * float(match[1])], speed=10.0)
     assert at["k_hat_limited"].tolist() == [0.0, 1.0]
     assert zone.startswith("process zone ratio 8.9 > 0.5") or "process zone ratio" in zone
     inside = figures.creep_curve(body, speed=10.0).axes[0].get_title(loc="left")

@@ -37,7 +37,7 @@ def runs(wet: cl.Scenario) -> Mapping[str, cl.Result]:
 
 
 @pytest.fixture(scope="module")
-def found(wet: cl.Scenario, runs: Mapping[str, cl.Result]) -> dict[str, Metrics]:
+def metrics_of(wet: cl.Scenario, runs: Mapping[str, cl.Result]) -> dict[str, Metrics]:
     return {name: cl.metrics(run, wet.drivetrain) for name, run in runs.items()}
 
 
@@ -50,10 +50,10 @@ def drawn(axes: Axes, style: str) -> list[np.ndarray]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["open_loop", "threshold", "creep_pi"])
 def test_run_can_be_read(
-    runs: Mapping[str, cl.Result], found: dict[str, Metrics], tmp_path: Path, name: str
+    runs: Mapping[str, cl.Result], metrics_of: dict[str, Metrics], tmp_path: Path, name: str
 ) -> None:
     figure = scenario_run(
-        runs[name], found[name], title=f"Wet patch: {run_name(name)}", caption=CAPTION
+        runs[name], metrics_of[name], title=f"Wet patch: {run_name(name)}", caption=CAPTION
     )
     checks.check_axes(figure)
     checks.check_layout(figure)
@@ -79,10 +79,10 @@ def test_run_can_be_read(
 
 @pytest.mark.slow
 def test_slip_away_does_not_stretch_the_axes(
-    runs: Mapping[str, cl.Result], found: dict[str, Metrics], tmp_path: Path
+    runs: Mapping[str, cl.Result], metrics_of: dict[str, Metrics], tmp_path: Path
 ) -> None:
     assert runs["open_loop"]["creepage"].max() > 3.0
-    figure = comparison(runs, found, title="Wet patch", caption=CAPTION)
+    figure = comparison(runs, metrics_of, title="Wet patch", caption=CAPTION)
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
@@ -93,14 +93,14 @@ def test_slip_away_does_not_stretch_the_axes(
     assert not grid[1, 1].texts
     titles = [axes.get_title(loc="left").splitlines()[0] for axes in grid[0]]
     assert titles == ["open loop", "cut and re-apply", "PI creep control"]
-    alone = scenario_run(
-        runs["open_loop"], found["open_loop"], title="Wet patch: open loop", caption=CAPTION
+    single = scenario_run(
+        runs["open_loop"], metrics_of["open_loop"], title="Wet patch: open loop", caption=CAPTION
     )
-    speed = alone.axes[3]
+    speed = single.axes[3]
     rim = float((runs["open_loop"]["speed"] + runs["open_loop"]["slip_velocity"]).max())
     assert [text.get_text() for text in speed.texts] == [f"rim: up to {rim:.0f} m/s"]
     # Of a wheel that no drive would turn so fast, the slip work does not stand alone.
-    for (name, metrics), axes in zip(found.items(), grid[0], strict=True):
+    for (name, metrics), axes in zip(metrics_of.items(), grid[0], strict=True):
         _, used, work = axes.get_title(loc="left").splitlines()
         assert used == f"{100.0 * metrics.limited_utilisation:.1f} % used where friction limits"
         assert work.endswith(f"rim up to {rim:.0f} m/s") == (name == "open_loop")
@@ -108,7 +108,7 @@ def test_slip_away_does_not_stretch_the_axes(
 
 
 def test_friction_itself_is_drawn_on_one_scale(
-    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
+    runs: Mapping[str, cl.Result], metrics_of: dict[str, Metrics]
 ) -> None:
     """Also where it is constant, or its largest value differs from run to run."""
     names = ("friction_scale_left", "friction_scale_right")
@@ -118,7 +118,8 @@ def test_friction_itself_is_drawn_on_one_scale(
     )
     both = {"threshold": runs["threshold"], "creep_pi": constant}
     of_time, along = (
-        comparison(both, found, title="", caption="", over=over) for over in ("time", "distance")
+        comparison(both, metrics_of, title="", caption="", over=over)
+        for over in ("time", "distance")
     )
     for figure, places in ((of_time, None), (along, "distance")):
         for axes, run in zip(figure.axes[-2:], both.values(), strict=True):
@@ -136,10 +137,10 @@ def test_friction_itself_is_drawn_on_one_scale(
 
 
 def test_an_unknown_axis_is_refused(
-    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
+    runs: Mapping[str, cl.Result], metrics_of: dict[str, Metrics]
 ) -> None:
     with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
-        scenario_run(runs["creep_pi"], found["creep_pi"], title="", caption="", over="place")
+        scenario_run(runs["creep_pi"], metrics_of["creep_pi"], title="", caption="", over="place")
 
 
 def test_wheels_and_slope_have_factors_of_their_own(wet: cl.Scenario) -> None:
@@ -241,10 +242,10 @@ def test_standstill_takes_little_of_the_axis(wet: cl.Scenario, stands: tuple[flo
     time = np.linspace(0.0, before + 10.0 + after, 4001)
     speed = np.interp(time, (before, before + 5.0, before + 10.0), (0.0, 8.0, 0.0))
     run = made_up(wet, time, speed=speed, distance=np.cumsum(speed) * time[1])
-    found = cl.metrics(run, wet.drivetrain)
+    metrics = cl.metrics(run, wet.drivetrain)
     for figure in (
-        scenario_run(run, found, title="", caption=""),
-        comparison({"a": run, "b": run}, {"a": found, "b": found}, title="", caption=""),
+        scenario_run(run, metrics, title="", caption=""),
+        comparison({"a": run, "b": run}, {"a": metrics, "b": metrics}, title="", caption=""),
     ):
         low, high = figure.axes[-1].get_xlim()
         assert low <= before <= low + 0.5
@@ -268,8 +269,8 @@ def test_creepage_is_drawn_only_where_it_is_slip_over_speed(wet: cl.Scenario) ->
     remembers = cl.run_scenario(
         replace(slow, drivetrain=wet.drivetrain, demand=demand), "open_loop"
     )
-    found = cl.metrics(remembers, wet.drivetrain)
-    figure = scenario_run(remembers, found, title="", caption="", minimum_speed=minimum)
+    metrics = cl.metrics(remembers, wet.drivetrain)
+    figure = scenario_run(remembers, metrics, title="", caption="", minimum_speed=minimum)
     lines = np.array([np.asarray(line.get_ydata(), float) for line in figure.axes[1].lines[:2]])
     drawn_at = np.isfinite(lines).any(axis=0)
     assert drawn_at.tolist() == (np.abs(remembers["speed"]) >= minimum).tolist()
@@ -283,7 +284,7 @@ def test_runs_have_names_in_words() -> None:
 
 
 def test_a_comparison_shows_the_longest_run_to_its_end(
-    runs: Mapping[str, cl.Result], found: dict[str, Metrics]
+    runs: Mapping[str, cl.Result], metrics_of: dict[str, Metrics]
 ) -> None:
     names = list(runs)[:2]
     first, second = (runs[name] for name in names)
@@ -291,7 +292,9 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
     short = cl.Result(
         second.time[:half], {n: v[:half] for n, v in second.signals.items()}, second.units
     )
-    figure = comparison(dict(zip(names, (first, short), strict=True)), found, title="", caption="")
+    figure = comparison(
+        dict(zip(names, (first, short), strict=True)), metrics_of, title="", caption=""
+    )
     for axes in figure.axes:
         assert axes.get_xlim()[1] == first.time[-1]
 
@@ -300,8 +303,8 @@ def test_a_comparison_shows_the_longest_run_to_its_end(
 def test_a_stop_shows_speeds_and_its_distance() -> None:
     case = replace(cl.load_scenario("wheel_slide_protection.toml"), initial_speed=4.0, duration=9.0)
     stops = {name: cl.run_scenario(case, name) for name in ("open_loop", "wsp")}
-    found = {name: cl.metrics(run, case.drivetrain) for name, run in stops.items()}
-    figure = comparison(stops, found, title="", caption="")
+    metrics = {name: cl.metrics(run, case.drivetrain) for name, run in stops.items()}
+    figure = comparison(stops, metrics, title="", caption="")
     assert len(figure.axes) == 10
     for axes, (name, run) in zip(figure.axes[6:8], stops.items(), strict=True):
         _, rim, _ = checks.lines(axes, "wheel rim")
@@ -354,12 +357,12 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         others[name] = replace(element, friction=replace(friction, **{name: value}))
     for name, value in of_contact.items():
         others[name] = replace(element, contact=replace(contact, **{name: value}))
-    found = {name: replace(wheelset, **{name: value}) for name, value in of_body.items()}
-    found |= {name: replace(wheelset, element=other) for name, other in others.items()}
+    wheelsets = {name: replace(wheelset, **{name: value}) for name, value in of_body.items()}
+    wheelsets |= {name: replace(wheelset, element=other) for name, other in others.items()}
     for name, value in of_resistance.items():
         resistance = replace(wheelset.resistance, **{name: value})
-        found[name] = replace(wheelset, resistance=resistance)
-    return found
+        wheelsets[name] = replace(wheelset, resistance=resistance)
+    return wheelsets
 
 
 @pytest.mark.filterwarnings("ignore:process zone")

@@ -103,9 +103,9 @@ def test_s_curve_marks_the_states_of_a_torque(figures: dict[str, Figure], rig: c
     dots = checks.marks(axes, "o")
     torque = 1e3 * checks.place(dots[0])[0]
     states = rig.wheelset.equilibria(drive_torque=torque, speed=V)
-    found = [(checks.place(d)[1], d.get_markerfacecolor() == "black") for d in dots]
-    assert_allclose([z for z, _ in found], [p.creepage for p in states], rtol=1e-9)
-    assert [filled for _, filled in found] == [p.stable for p in states] == [True, False, True]
+    marked = [(checks.place(d)[1], d.get_markerfacecolor() == "black") for d in dots]
+    assert_allclose([z for z, _ in marked], [p.creepage for p in states], rtol=1e-9)
+    assert [filled for _, filled in marked] == [p.stable for p in states] == [True, False, True]
 
 
 def test_poles_are_eigenvalues(figures: dict[str, Figure], rig: cl.Model) -> None:
@@ -322,12 +322,12 @@ def test_loop_is_held_with_one_encirclement(figures: dict[str, Figure], rig: cl.
     point = rig.wheelset.balanced(creepage=worst.creepage, speed=V)
     gain = float(np.sqrt(window.lowest * window.highest))
     loop = creep_loop(rig.wheelset, point, proportional_gain=gain, delay=delay)
-    found = control.nyquist_response(loop, np.append(0.0, frequencies(loop)))
+    nyquist = control.nyquist_response(loop, np.append(0.0, frequencies(loop)))
     x, y, _ = checks.lines(curve, "loop, rising frequency")
-    assert_allclose(x + 1j * y, found.response)
+    assert_allclose(x + 1j * y, nyquist.response)
     # The winding of the drawn curve and its mirror image around -1.
     winding = np.sum(np.diff(np.unwrap(np.angle(x + 1j * y + 1.0)))) / np.pi
-    assert round(winding) == -found.count == (loop.poles().real > 0.0).sum() == 1
+    assert round(winding) == -nyquist.count == (loop.poles().real > 0.0).sum() == 1
     assert curve.get_title(loc="left").endswith(": the point is held")
     crossing = sorted(checks.place(line)[0] for line in curve.lines if line.get_marker() == "o")
     assert_allclose(crossing, [-gain / window.lowest, -gain / window.highest], rtol=1e-3)
@@ -494,6 +494,6 @@ def test_figures_of_steady_rolling_warn_of_memory(
     body = replace(rig.wheelset, element=element)
     with pytest.warns(SteadyRollingWarning, match=f"stability_{name} takes rolling as steady"):
         figure = STABILITY_FIGURES[name].draw(body, V)
-    for one, other in zip(figure.axes, figures[name].axes, strict=True):
-        for line, same in zip(one.lines, other.lines, strict=True):
+    for axes, expected in zip(figure.axes, figures[name].axes, strict=True):
+        for line, same in zip(axes.lines, expected.lines, strict=True):
             np.testing.assert_array_equal(line.get_xydata(), same.get_xydata())

@@ -28,8 +28,12 @@ from contactlib.figures.style import add_caption, new_figure, styled
 
 
 def line(figure: Figure, label: str) -> Line2D:
-    (found,) = [one for one in figure.axes[0].lines if str(one.get_label()).startswith(label)]
-    return found
+    (match,) = [
+        candidate
+        for candidate in figure.axes[0].lines
+        if str(candidate.get_label()).startswith(label)
+    ]
+    return match
 
 
 def written(figure: Figure) -> list[Text]:
@@ -40,7 +44,7 @@ def written(figure: Figure) -> list[Text]:
 
 def runs_of(model: cl.Model) -> list[cl.Result]:
     name = "rig" if model.wheelset.speed_held else "locomotive"
-    return [cl.simulate(model.wheelset, one, initial_speed=10.0) for one in controls(name)]
+    return [cl.simulate(model.wheelset, control, initial_speed=10.0) for control in controls(name)]
 
 
 OF_MODEL: dict[str, Callable[[cl.Model], Figure]] = {
@@ -206,20 +210,20 @@ def test_marks_stand_out_from_a_dark_background(name: str, rig: cl.Model) -> Non
     with mpl.style.context("dark_background"):
         figure = DRAWN[name](rig)
         texts = written(figure)
-        drawn = [one for axes in figure.axes for one in axes.lines if one.get_visible()]
+        drawn = [mark for axes in figure.axes for mark in axes.lines if mark.get_visible()]
     assert light(figure.get_facecolor()) == 0.0
     faint = [text.get_text() for text in texts if light(text.get_color()) < 0.35]
-    faint += [f"{one}" for one in drawn if light(one.get_color()) < 0.35]
+    faint += [f"{mark}" for mark in drawn if light(mark.get_color()) < 0.35]
     for text in texts:
         arrow = text.arrow_patch if isinstance(text, Annotation) else None
         if arrow is not None and light(arrow.get_edgecolor()) < 0.35:
             faint.append(f"arrow of {text.get_text()!r}")
     assert faint == []
-    hollow = [one for one in drawn if one.get_marker() == "o" and one.get_fillstyle() == "full"]
-    for one in hollow:  # filled like its rim, or with the ground
-        face = one.get_markerfacecolor()
+    hollow = [mark for mark in drawn if mark.get_marker() == "o" and mark.get_fillstyle() == "full"]
+    for mark in hollow:  # filled like its rim, or with the ground
+        face = mark.get_markerfacecolor()
         if face != "none":
-            assert same_color(face, one.get_color()) or light(face) == 0.0
+            assert same_color(face, mark.get_color()) or light(face) == 0.0
 
 
 @pytest.mark.parametrize("grid", [False, True])
