@@ -101,12 +101,12 @@ def libraries(path: Path) -> list[Library]:
         return [Library(_platform(file.header.machine, "windows"), exports, needs, ())]
     entries = []
     if lief.is_macho(str(path)):
-        itself = lief.MachO.LoadCommand.TYPE.ID_DYLIB
+        id_command = lief.MachO.LoadCommand.TYPE.ID_DYLIB
         file = lief.MachO.parse(str(path))  # a name, as its parts do not keep it alive
         for part in file:
             if part.header.file_type == lief.MachO.Header.FILE_TYPE.DYLIB:
                 exports = {symbol.name.removeprefix("_") for symbol in part.exported_symbols}
-                needs = [each.name for each in part.libraries if each.command != itself]
+                needs = [each.name for each in part.libraries if each.command != id_command]
                 oldest = tuple(part.build_version.minos)[:2] if part.has_build_version else ()
                 platform = _platform(part.header.cpu_type, "darwin")
                 entries.append(Library(platform, exports, needs, oldest))

@@ -58,10 +58,10 @@ def test_resistance_is_davis_1926(locomotive: cl.Model, wagon_axles: int) -> Non
     constant = (1.3 * loco_axle + 29.0) + wagon_axles * (1.3 * wagon_axle + 29.0)
     linear = 0.03 * loco_axle + wagon_axles * 0.045 * wagon_axle
     quadratic = (0.0024 * 120.0 + wagon_axles * 0.0005 * 90.0) / 4.0
-    found = wheelset.resistance
-    assert found.constant == pytest.approx(constant * pound, rel=1e-3)
-    assert found.linear == pytest.approx(linear * pound / mile_per_hour, rel=1e-3)
-    assert found.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
+    resistance = wheelset.resistance
+    assert resistance.constant == pytest.approx(constant * pound, rel=1e-3)
+    assert resistance.linear == pytest.approx(linear * pound / mile_per_hour, rel=1e-3)
+    assert resistance.quadratic == pytest.approx(quadratic * pound / mile_per_hour**2, rel=2e-3)
 
 
 STATIC, K_HAT, SEMI_WIDTH = "static = 0.45", "k_hat = 0.3", 'semi_width = "5 mm"'
@@ -159,13 +159,13 @@ def test_a_contact_with_memory_has_the_lengths_of_its_shape(tmp_path: Path, name
     plain = cl.load_model(name).wheelset.element
     assert (element.memory, plain.memory) == (True, False)
     assert plain.rolling_parameters == element.parameters  # steady rolling is the same
-    found, contact = element.rolling_parameters, element.contact
-    length = found["relaxation_length"] / contact.semi_width
+    rolling, contact = element.rolling_parameters, element.contact
+    length = rolling["relaxation_length"] / contact.semi_width
     assert length == pytest.approx(contact.relaxation_lengths.longitudinal, rel=1e-12)
     record = element.evaluate(omega=element.minimum_speed / element.radius, speed=10.0 * 0.01)
     scale = element.friction.kinetic * element.normal_load / element.saturation_creepage
     slope = record["force_gradient"] * element.minimum_speed / scale
-    assert found["initial_slope"] == pytest.approx(slope, rel=1e-6)
+    assert rolling["initial_slope"] == pytest.approx(slope, rel=1e-6)
 
 
 POLACH = """
@@ -194,8 +194,8 @@ def test_law_by_its_name(tmp_path: Path) -> None:
     expected_law = cl.Polach(adhesion_reduction=0.9, slip_reduction=0.4)
     zeta = np.linspace(-0.1, 0.1, 41)
     ratio = expected_law.traction_ratio(zeta / polach.saturation_creepage)
-    found = polach.at_creepage(zeta, speed=10.0)["traction_coefficient"]
-    np.testing.assert_allclose(found, polach.friction.kinetic * ratio, atol=1e-8)
+    coefficient = polach.at_creepage(zeta, speed=10.0)["traction_coefficient"]
+    np.testing.assert_allclose(coefficient, polach.friction.kinetic * ratio, atol=1e-8)
 
 
 STEEP = "creepage,traction_coefficient\n" + "".join(
@@ -214,12 +214,12 @@ def test_a_measured_curve_is_reproduced_as_measured(tmp_path: Path, shape: str) 
     assert curve.peak.traction_ratio * curve.kinetic > 0.45  # of the file's [friction]
     zeta = np.concatenate([-np.geomspace(1e-5, 0.2, 50), np.geomspace(1e-5, 0.2, 50)])
     for speed in (0.5, 40.0):
-        found = element.at_creepage(zeta, speed=speed)
+        outputs = element.at_creepage(zeta, speed=speed)
         np.testing.assert_allclose(
-            found["traction_coefficient"], curve.traction_coefficient(zeta), atol=1e-7
+            outputs["traction_coefficient"], curve.traction_coefficient(zeta), atol=1e-7
         )
         for name in ("force_limited", "k_hat", "process_zone_ratio"):
-            assert not found[name].any()
+            assert not outputs[name].any()
 
 
 def test_semi_axes_that_do_not_fit_the_load_are_warned_of(tmp_path: Path) -> None:
@@ -248,9 +248,9 @@ def test_load_and_friction_stretch_a_measured_curve(tmp_path: Path) -> None:
         element = cl.load_model(tmp_path / "force.toml").wheelset.element
         for load, scale in ((3.6e5, 1.0), (9e4, 0.5), (1e4, 0.7)):
             stretch = scale * (load / 9e4) ** power
-            found = element.at_creepage(zeta, speed=9.0, normal_load=load, friction_scale=scale)
+            outputs = element.at_creepage(zeta, speed=9.0, normal_load=load, friction_scale=scale)
             expected = scale * curve.traction_coefficient(zeta / stretch)
-            np.testing.assert_allclose(found["traction_coefficient"], expected, atol=1e-7)
+            np.testing.assert_allclose(outputs["traction_coefficient"], expected, atol=1e-7)
 
 
 FORCE = """
@@ -295,16 +295,17 @@ def test_a_run_needs_what_a_force_does_not_need(tmp_path: Path) -> None:
 def test_a_wheelset_has_one_wheel_unless_the_file_says_otherwise(tmp_path: Path) -> None:
     """As the reference states; with inertia and mass no inverse mass is assumed."""
     body = 'inertia = "120 kg.m2"\nmass = "11 t"\n'
-    found = []
+    inverse_masses = []
     for wheels in ("", "wheels = 1\n"):
         text = FORCE.replace("[wheelset]\n", f"[wheelset]\n{body}{wheels}")
         assert text != FORCE
         (tmp_path / "wheel.toml").write_text(text)
         model = cl.load_model(tmp_path / "wheel.toml")
-        found.append(Description(model, "force_element").effective_inverse_mass)
+        inverse_masses.append(Description(model, "force_element").effective_inverse_mass)
         assert (model.wheelset.element.wheels, model.wheelset.mass) == (1, 11e3)
     radius = model.wheelset.radius
-    assert found[0] == found[1] == pytest.approx(radius**2 / 120.0 + 1.0 / 11e3, rel=1e-12)
+    first, second = inverse_masses
+    assert first == second == pytest.approx(radius**2 / 120.0 + 1.0 / 11e3, rel=1e-12)
 
 
 def test_the_rotor_turns_with_the_wheelset(tmp_path: Path, rig: cl.Model) -> None:
@@ -312,9 +313,9 @@ def test_the_rotor_turns_with_the_wheelset(tmp_path: Path, rig: cl.Model) -> Non
         inertia = {"inertia = 250.0": f"inertia = 100.0\n{keys}"}
         return load_changed(tmp_path, rig.wheelset.element.table, inertia).wheelset
 
-    found = geared('gear_ratio = 5.0\nrotor_inertia = "0.006 t m2"')
-    assert found.inertia == 250.0
-    assert cl.worst_pole(found, speed=10.0) == cl.worst_pole(rig.wheelset, speed=10.0)
+    wheelset = geared('gear_ratio = 5.0\nrotor_inertia = "0.006 t m2"')
+    assert wheelset.inertia == 250.0
+    assert cl.worst_pole(wheelset, speed=10.0) == cl.worst_pole(rig.wheelset, speed=10.0)
     for key in ("gear_ratio", "rotor_inertia"):
         message = (
             rf"changed\.toml: wheelset\.rotor_inertia and gear_ratio go together; given is {key}$"
@@ -481,13 +482,13 @@ def test_a_measured_force_is_divided_by_its_load(tmp_path: Path) -> None:
     rows = zip(100.0 * zeta, mu, 220.0 * mu, strict=True)
     points = "\n".join(f"{z};{m};{force}" for z, m, force in rows).replace(".", ",")
     (tmp_path / "rig.csv").write_text(f"slip;mu;Q\n%;;kN\n{points}\n")
-    found = []
+    coefficients = []
     for columns, load in ((["slip", "mu"], ""), (["slip", "Q"], 'load = "220 kN"')):
         law = f'[law]\nkind = "measured"\nfile = "rig.csv"\ncolumns = {columns!r}\n{load}\n'
         (tmp_path / "mine.toml").write_text(MEASURED + law)
         element = cl.load_model(tmp_path / "mine.toml").wheelset.element
-        found.append(element.at_creepage(zeta, speed=10.0)["traction_coefficient"])
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
+        coefficients.append(element.at_creepage(zeta, speed=10.0)["traction_coefficient"])
+    np.testing.assert_allclose(coefficients[1], coefficients[0], rtol=1e-9)
 
 
 def test_a_curve_in_place_of_a_model_reports_it(tmp_path: Path) -> None:

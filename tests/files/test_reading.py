@@ -103,41 +103,41 @@ SECTIONS: dict[str, Keys] = {
     **{make.__name__: declared(make) for make in (values_of, points, sample, draw)},
 }
 EVERY = [
-    pytest.param(key, one, id=f"{name}.{key}")
+    pytest.param(key, parameter, id=f"{name}.{key}")
     for name, keys in SECTIONS.items()
-    for key, one in keys.items()
+    for key, parameter in keys.items()
 ]
 
 
-@pytest.mark.parametrize(("key", "one"), EVERY)
-def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -> None:
+@pytest.mark.parametrize(("key", "parameter"), EVERY)
+def test_every_key_is_held_to_what_is_declared_of_it(key: str, parameter: Parameter) -> None:
     def error_of(table: dict[str, object]) -> str:
         with pytest.raises(cl.ModelError) as caught:
-            read_section("it", {key: one}, table)
+            read_section("it", {key: parameter}, table)
         return str(caught.value)
 
     misspelt = f"it.{key}x is not a known key; did you mean {key!r}? known: {key}"
     assert error_of({f"{key}x": 1}) == misspelt  # and not that the right one is missing
-    if one.needed:
+    if parameter.needed:
         assert error_of({}) == f"it.{key} is missing"
-    if one.quantity is None:
+    if parameter.quantity is None:
         assert re.match(
             rf"it\.{key} = 3 must be (a string|a list|true or false)", error_of({key: 3})
         )
-        if one.choices and True not in one.choices:
-            known = ", ".join(one.choices)
+        if parameter.choices and True not in parameter.choices:
+            known = ", ".join(parameter.choices)
             assert error_of({key: ""}) == f"it.{key} = '' must be one of: {known}"
             assert error_of({key: "no such"}) == f"it.{key} = 'no such' must be one of: {known}"
         return
-    limits = one.quantity
+    limits = parameter.quantity
     ends = [limits.above, limits.below]
     ends += [math.nextafter(limits.at_least, -math.inf), math.nextafter(limits.at_most, math.inf)]
     for bad in (math.nan, *ends):
         refused = f"it.{key} = {bad!r} is out of range: must be {limits}"
-        assert error_of({key: [bad] if one.many else bad}) == refused
+        assert error_of({key: [bad] if parameter.many else bad}) == refused
     for wrong in (True, "1 furlong"):
         refused = f"it.{key} = {wrong!r} must be a number in {limits.unit}"
-        assert error_of({key: [wrong] if one.many else wrong}).startswith(refused)
+        assert error_of({key: [wrong] if parameter.many else wrong}).startswith(refused)
     if limits.whole:
         assert error_of({key: 2.5}) == f"it.{key} = 2.5 must be a whole number"
     low, high = limits.usual or (0.0, 0.0)
@@ -146,9 +146,11 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, one: Parameter) -
             doubt = re.escape(f"my.toml: it.{key} = {unusual:g}")
             usual = re.escape(f" is implausible: {low:g} to {high:g}")
             with pytest.warns(cl.InputWarning, match=f"^{doubt}.*{usual}"), loading("my.toml"):
-                read_section("it", {key: one}, {key: [unusual] if one.many else unusual})
-    of_list = error_of({key: 1.0 if one.many else [1.0]})
-    assert of_list.startswith(f"it.{key} = {1.0 if one.many else [1.0]} must be a ")
+                read_section(
+                    "it", {key: parameter}, {key: [unusual] if parameter.many else unusual}
+                )
+    of_list = error_of({key: 1.0 if parameter.many else [1.0]})
+    assert of_list.startswith(f"it.{key} = {1.0 if parameter.many else [1.0]} must be a ")
 
 
 # ---- sizes ---------------------------------------------------------------------------------

@@ -275,8 +275,8 @@ def test_vehicle_lies_beside_the_scenario_or_is_shipped(
     monkeypatch.chdir(elsewhere)  # where a command runs does not matter
     path = write(tmp_path, TEXT)
     assert cl.load_scenario(path).drivetrain.wheelset.inertia == 250.0
-    own = (MODELS / "locomotive.toml").read_text().replace("inertia = 130.0", "inertia = 180.0")
-    (tmp_path / "locomotive.toml").write_text(own)
+    vehicle = (MODELS / "locomotive.toml").read_text().replace("inertia = 130.0", "inertia = 180.0")
+    (tmp_path / "locomotive.toml").write_text(vehicle)
     assert cl.load_scenario(path).drivetrain.wheelset.inertia == 300.0
     (tmp_path / "vehicles").mkdir()
     shutil.move(tmp_path / "locomotive.toml", tmp_path / "vehicles" / "own.toml")

@@ -45,8 +45,8 @@ def test_a_map_is_the_lists_in_a_file(tmp_path: Path) -> None:
         f"distance;friction_right;friction_left\n{plain.replace(',', ';').replace('.', ',')}",
         f"\ufeffdistance\tfriction_right\tfriction_left\n{plain}".replace(",", "\t"),
     ):
-        found = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
-        assert found.track == expected
+        case = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
+        assert case.track == expected
     times = "time = [0.0, 5.0]\nfriction_over_time = [1.0, 0.5]"
     path = scenario(tmp_path, f'map = "map.csv"\n{times}', "distance [km],friction [%]\n0.5,40\n")
     assert cl.load_scenario(path).track == cl.Track.from_breakpoints(
@@ -69,9 +69,9 @@ def test_runs_are_those_of_the_lists_and_a_flat_map_is_none(tmp_path: Path) -> N
         )
         with leaves if name == "map" else nullcontext():
             runs[name] = cl.run_scenario(case, "creep_pi")
-    for one, other in (("lists", "map"), ("flat", "none")):
+    for first, other in (("lists", "map"), ("flat", "none")):
         for signal in ("speed", "omega_left", "creep_force"):
-            assert np.array_equal(runs[one][signal], runs[other][signal]), (one, signal)
+            assert np.array_equal(runs[first][signal], runs[other][signal]), (first, signal)
     assert not np.array_equal(runs["map"]["speed"], runs["none"]["speed"])
 
 
@@ -129,9 +129,9 @@ def test_mistakes_in_a_map_are_named(tmp_path: Path, csv: str | bytes, message: 
     path = scenario(tmp_path, 'map = "map.csv"', csv)
     with pytest.raises(
         cl.ModelError, match=rf"scenario.toml: track.map map.csv: {message}"
-    ) as found:
+    ) as raised:
         cl.load_scenario(path)
-    assert len(found.value.lines) == 1
+    assert len(raised.value.lines) == 1
 
 
 def test_what_is_no_file_is_named(tmp_path: Path) -> None:
@@ -197,9 +197,9 @@ def test_a_map_may_begin_anywhere_and_run_either_way(
     way = "increasing" if sign > 0.0 else "decreasing"
     track = f'map = "map.csv"\nstart = "{chainage / 1e3!r} km"\ndirection = "{way}"'
     case = replace(cl.load_scenario(scenario(tmp_path, track, csv)), duration=0.6)
-    found = cl.run_scenario(case, "creep_pi")
-    np.testing.assert_allclose(found["speed"], expected["speed"], rtol=1e-6)
-    np.testing.assert_allclose(found["omega_left"], expected["omega_left"], rtol=1e-4)
+    run = cl.run_scenario(case, "creep_pi")
+    np.testing.assert_allclose(run["speed"], expected["speed"], rtol=1e-6)
+    np.testing.assert_allclose(run["omega_left"], expected["omega_left"], rtol=1e-4)
     lost = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
     lost = replace(lost, duration=0.2)
     message = r"the run, from 0 to 1?[0-9.]+ m, never meets the map map\.csv, which covers .*start"

@@ -165,7 +165,7 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
         writer(folder / name)
 
     status, error = apart(faulty)
-    found = {
+    observed = {
         "status": status,
         "error": error,
         "path": str(folder / name),
@@ -173,8 +173,8 @@ def tried(fault: str, name: str, writer: Writer, folder: Path) -> dict[str, Any]
     }
     folder.chmod(0o755)
     if fault == "SIGKILL":
-        found["next"] = apart(lambda: writer(folder / name)), contents(folder)
-    return found
+        observed["next"] = apart(lambda: writer(folder / name)), contents(folder)
+    return observed
 
 
 def all_tried(folder: Path, by_command: bool) -> dict[str, dict[str, Any]]:

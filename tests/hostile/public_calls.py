@@ -224,22 +224,22 @@ def public() -> dict[str, Any]:
 
     Exceptions, named tuples, which are answers, and protocols are left out.
     """
-    found: dict[str, Any] = {}
+    callables: dict[str, Any] = {}
     for module in MODULES:
         for name in dir(cl) if module is cl else module.__all__:
             value = getattr(module, name)
             answers = inspect.isclass(value) and (
                 issubclass(value, BaseException | tuple) or getattr(value, "_is_protocol", False)
             )
-            if callable(value) and not answers and not any(value is v for v in found.values()):
-                found[name] = value
-    for name, value in list(found.items()):
+            if callable(value) and not answers and not any(value is v for v in callables.values()):
+                callables[name] = value
+    for name, value in list(callables.items()):
         if inspect.isclass(value):
             for method, attribute in inspect.getmembers(value, is_method):
                 named = method == "__call__" or not method.startswith("_")
                 if named and not getattr(attribute, "__qualname__", "").startswith("Parameters."):
-                    found[f"{name}.{method}"] = attribute
-    return {name: value for name, value in found.items() if numbers_of(value)}
+                    callables[f"{name}.{method}"] = attribute
+    return {name: value for name, value in callables.items() if numbers_of(value)}
 
 
 def numbers_of(function: Any) -> list[str]:
@@ -257,14 +257,14 @@ def numbers_of(function: Any) -> list[str]:
 
 def arguments(name: str, function: Any, **given: Any) -> dict[str, Any]:
     """Arguments of a call: those given, and what it needs beside them."""
-    found = {}
+    made = {}
     for key, parameter in inspect.signature(function).parameters.items():
         makes = OBJECTS.get(f"{name} {key}", OBJECTS.get(key))
         needed = parameter.default is parameter.empty and key != "self"
         variable = parameter.kind in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL)
         if needed and not variable and key not in given:
-            found[key] = None if makes is None else makes()
-    return found | given
+            made[key] = None if makes is None else makes()
+    return made | given
 
 
 def receiver(name: str, function: Any) -> tuple[Any, ...]:

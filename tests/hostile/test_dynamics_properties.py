@@ -62,8 +62,8 @@ def test_zero_demand_comes_back_from_any_creepage() -> None:
     # standstill as fast as it comes back itself, which once was taken for a border.
     body = replace(train(), mass=3e3, damping=0.0)
     for speed in (0.3, 1.07, 2.5):
-        found = cl.stability.basin(body, drive_torque=0.0, speed=speed)
-        assert (found.lowest, found.highest) == (-math.inf, math.inf)
+        basin = cl.stability.basin(body, drive_torque=0.0, speed=speed)
+        assert (basin.lowest, basin.highest) == (-math.inf, math.inf)
         run = cl.simulate(
             body,
             cl.TorqueControl(cl.Profile.of(0.0)),

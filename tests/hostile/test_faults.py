@@ -41,7 +41,7 @@ def come_of(folder: Path, *commands: str) -> Found:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> Found:
     known = come_of(tmp_path_factory.mktemp("faults"))
     assert all(set(OUTPUTS) == set(tried) for tried in known.values())
     return known
@@ -107,9 +107,9 @@ def test_an_old_comparison_stays_until_the_new_one_is_written(
 @posix
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
-    found: Found, name: str
+    outcomes: Found, name: str
 ) -> None:
-    tried = found["SIGKILL"][name]
+    tried = outcomes["SIGKILL"][name]
     assert tried["status"] == -9
     hidden, kept = sorted(tried["files"])
     assert kept == name
@@ -123,8 +123,8 @@ def test_a_kill_before_the_rename_leaves_the_old_file_and_one_that_is_hidden(
 @pytest.mark.slow
 @posix
 @pytest.mark.parametrize("name", OUTPUTS)
-def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(found: Found, name: str) -> None:
-    tried = found["SIGINT"][name]
+def test_ctrl_c_before_the_rename_leaves_the_old_file_alone(outcomes: Found, name: str) -> None:
+    tried = outcomes["SIGINT"][name]
     assert tried["error"] == "KeyboardInterrupt: "
     assert tried["files"] == {name: "old"}
 

@@ -167,27 +167,28 @@ def outcome(validator: str, value: object) -> Any:
     try:
         return VALIDATORS[validator](value)
     except ValueError as error:
-        found = error
-    assert re.search(r"\bx = .* must be (a whole number|finite and >= -1e\+50)", str(found)), found
-    assert str(found).isprintable()
-    return found
+        raised = error
+    text = str(raised)
+    assert re.search(r"\bx = .* must be (a whole number|finite and >= -1e\+50)", text), text
+    assert text.isprintable()
+    return raised
 
 
 @pytest.mark.parametrize("validator", VALIDATORS)
 @pytest.mark.parametrize("name", NO_NUMBER)
 def test_a_validator_refuses_what_is_no_number(validator: str, name: str) -> None:
     value = NO_NUMBER[name]
-    found = outcome(validator, value)
-    assert isinstance(found, ValueError), shown(found)
+    answer = outcome(validator, value)
+    assert isinstance(answer, ValueError), shown(answer)
     if isinstance(value, float | str | None | complex | bool):
-        assert repr(value) in str(found)
+        assert repr(value) in str(answer)
 
 
 @pytest.mark.parametrize("validator", VALIDATORS)
 def test_a_validator_takes_the_number_that_is_meant_or_refuses_it(validator: str) -> None:
     for value in [*EXTREMES, *layouts(GOOD_ROW)]:
-        found = outcome(validator, value)
-        if isinstance(found, ValueError):
+        answer = outcome(validator, value)
+        if isinstance(answer, ValueError):
             array = np.asarray(value)  # of objects, if no type of numpy's holds the number
             fine = (array.ndim == 0 or validator in OF_ARRAYS) and array.dtype.kind in "iuf"
             if fine and validator == "checked_whole":
@@ -195,8 +196,8 @@ def test_a_validator_takes_the_number_that_is_meant_or_refuses_it(validator: str
             assert not (fine and MODERATE.allows(array).all()), shown(value)
         else:
             expected = np.asarray(value, dtype=np.float64)
-            np.testing.assert_array_equal(found, expected, strict=validator in OF_ARRAYS)
-            signs = validator == "checked_whole" or np.signbit(found) == np.signbit(expected)
+            np.testing.assert_array_equal(answer, expected, strict=validator in OF_ARRAYS)
+            signs = validator == "checked_whole" or np.signbit(answer) == np.signbit(expected)
             assert np.all(signs)
 
 
@@ -374,8 +375,8 @@ def test_layout_of_an_array_does_not_count(name: str) -> None:
         list(leaves(answer_to(name, **fixed, **given))) for given in (plain, odd, listed)
     )
     assert expected
-    for found in others:
-        for (path, a), (_, b) in zip(expected, found, strict=True):
+    for answers in others:
+        for (path, a), (_, b) in zip(expected, answers, strict=True):
             assert (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes()), path
     assert [array.tobytes() for array in odd.values()] == before
 

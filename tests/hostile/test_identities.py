@@ -180,8 +180,8 @@ def test_load_scales_the_contact_as_hertz_says(
     assert k_hat == pytest.approx(element.k_hat * factor**-exponent, rel=1e-9)
     zeta0 = cl.laws.saturation_creepage(loaded, element.friction)
     assert zeta0 == pytest.approx(element.saturation_creepage * factor**exponent, rel=1e-9)
-    found = element.saturation_creepage_at(normal_load=loaded.normal_load)
-    assert found == pytest.approx(zeta0, rel=1e-9)
+    at_load = element.saturation_creepage_at(normal_load=loaded.normal_load)
+    assert at_load == pytest.approx(zeta0, rel=1e-9)
     assume(k_hat <= 1.99)
     other = element_of(loaded, element.friction)
     omega = omega_at(other, x, speed)
@@ -208,9 +208,9 @@ def test_friction_scale_multiplies_both_coefficients(
     omega = omega_at(other, x, speed)
     assume(abs(omega) < 1e9)
     force = float(other.force(omega=omega, speed=speed))
-    found = float(element.force(omega=omega, speed=speed, friction_scale=scale))
+    scaled = float(element.force(omega=omega, speed=speed, friction_scale=scale))
     slack = 1e-10 * friction.static * wheel.contact.normal_load
-    assert found == pytest.approx(force, rel=1e-9, abs=slack)
+    assert scaled == pytest.approx(force, rel=1e-9, abs=slack)
 
 
 @examples(40)

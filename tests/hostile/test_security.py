@@ -133,15 +133,15 @@ WRITERS = re.compile(
 def elements(text: str) -> list[tuple[str, dict[str, str]]]:
     """Elements of a page, which has neither handlers nor anything from elsewhere."""
     root = html.document_fromstring(text)
-    found = [(e.tag, dict(e.attrib)) for e in root.iter() if isinstance(e.tag, str)]
-    for tag, attributes in found:
+    tags = [(e.tag, dict(e.attrib)) for e in root.iter() if isinstance(e.tag, str)]
+    for tag, attributes in tags:
         assert tag not in ("iframe", "object", "embed", "base", "img")
         for name, value in attributes.items():
             assert not name.startswith("on"), (tag, name)
             if name == "src" or (name == "href" and tag != "a"):
                 assert value.startswith(("data:", "#")), (tag, name, value)
             assert not value.strip().lower().startswith("javascript:")
-    return found
+    return tags
 
 
 def test_the_explorer_runs_its_own_script_and_takes_a_model_as_text(tmp_path: Path) -> None:

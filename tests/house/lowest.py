@@ -27,18 +27,18 @@ def lowest(project: dict[str, Any], *extras: str) -> dict[str, str]:
         If one has no lower bound.
     """
     optional = project["optional-dependencies"]
-    found: dict[str, str] = {}
+    bounds: dict[str, str] = {}
     for requirement in [*project["dependencies"], *(r for e in extras for r in optional[e])]:
         more: dict[str, str] = {}
-        if own := re.fullmatch(rf"{project['name']}\[([\w,-]+)\]", requirement):
-            more = lowest({**project, "dependencies": []}, *own[1].split(","))
+        if reference := re.fullmatch(rf"{project['name']}\[([\w,-]+)\]", requirement):
+            more = lowest({**project, "dependencies": []}, *reference[1].split(","))
         elif bound := re.fullmatch(r"([\w-]+)[>=]=([\d.]+)", requirement):
             more = {bound[1]: bound[2]}
         else:
             raise ValueError(f"{requirement} has no lower bound")
         for name, version in more.items():
-            found[name] = max(found.get(name, "0"), version, key=_numbers)
-    return found
+            bounds[name] = max(bounds.get(name, "0"), version, key=_numbers)
+    return bounds
 
 
 def _numbers(version: str) -> list[int]:

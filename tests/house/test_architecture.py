@@ -43,13 +43,13 @@ def room_of(path: Path) -> str:
 @cache
 def imports(path: Path) -> frozenset[str]:
     """Modules that a module imports, anywhere in it; a name taken from a package is a candidate."""
-    found = set()
+    modules = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            modules |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return frozenset(found)
+            modules |= {alias.name for alias in node.names}
+    return frozenset(modules)
 
 
 def test_rooms_are_those_of_the_list() -> None:
@@ -93,11 +93,13 @@ def test_each_outside_library_has_one_door() -> None:
 
 def test_building_and_reading_a_table_is_independent_of_the_laws() -> None:
     for name in ("building", "corner_sampling", "creep_force_table"):
-        found = {one for one in imports(PACKAGE / "table" / f"{name}.py") if ".laws." in one}
-        assert found <= {"contactlib.laws.law", "contactlib.laws.traction_data"} | {
-            one
-            for one in found
-            if one.startswith(("contactlib.laws.law.", "contactlib.laws.traction"))
+        of_laws = {
+            module for module in imports(PACKAGE / "table" / f"{name}.py") if ".laws." in module
+        }
+        assert of_laws <= {"contactlib.laws.law", "contactlib.laws.traction_data"} | {
+            module
+            for module in of_laws
+            if module.startswith(("contactlib.laws.law.", "contactlib.laws.traction"))
         }
 
 

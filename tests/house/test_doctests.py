@@ -25,8 +25,8 @@ def test_docstrings(name: str) -> None:
 
 def test_there_are_examples() -> None:
     finder = doctest.DocTestFinder()
-    found = [t for name in MODULES for t in finder.find(importlib.import_module(name))]
-    assert sum(len(t.examples) for t in found) > 10
+    examples = [t for name in MODULES for t in finder.find(importlib.import_module(name))]
+    assert sum(len(t.examples) for t in examples) > 10
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,11 @@ PROJECT = tomllib.loads(PYPROJECT.read_text())["project"]
 
 
 def test_every_requirement_of_a_user_and_a_tester_is_there_at_its_bound() -> None:
-    found = lowest(PROJECT, "test")
+    bounds = lowest(PROJECT, "test")
     optional = PROJECT["optional-dependencies"]
     for requirement in (*PROJECT["dependencies"], *optional["control"], *optional["test"][1:]):
-        assert requirement.split(">=")[0] in found
-    assert found["fmpy"] == "0.3.30"  # not that of the users' extra
+        assert requirement.split(">=")[0] in bounds
+    assert bounds["fmpy"] == "0.3.30"  # not that of the users' extra
 
 
 def test_a_requirement_without_a_bound_is_refused() -> None:

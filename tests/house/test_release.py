@@ -27,13 +27,13 @@ def test_the_version_stands_in_one_place() -> None:
     quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
     inside = (path for name in FOLDERS for path in (ROOT / name).rglob("*"))
     files = [*ROOT.glob("*"), *(path for path in inside if "node_modules" not in path.parts)]
-    found = {
+    places = {
         path.relative_to(ROOT)
         for path in files
         if path.suffix in kinds and path.is_file() and quoted.search(path.read_text("utf-8"))
     }
-    assert found <= allowed
-    assert Path("pyproject.toml") in found
+    assert places <= allowed
+    assert Path("pyproject.toml") in places
 
 
 def test_how_to_cite_it() -> None:

@@ -96,8 +96,8 @@ def test_recorded_formulas_are_those_of_numpy(locomotive: Locomotive, curvature:
         largest = np.abs(expected).max(axis=(1, 2), keepdims=True)
         np.testing.assert_allclose(given / largest, expected / largest, atol=1e-13)
         outer = outer_forces(train, q, rates, motion, forces, torque)
-        found = formulas.outer_forces(q, rates, forces, torque)
-        np.testing.assert_allclose(found, outer, atol=1e-12 * np.abs(outer).max())
+        recorded = formulas.outer_forces(q, rates, forces, torque)
+        np.testing.assert_allclose(recorded, outer, atol=1e-12 * np.abs(outer).max())
 
 
 WAYS: Mapping[str, Mapping[str, bool]] = {
@@ -118,7 +118,7 @@ def slip_aways(locomotive: Locomotive, simulate: Simulate) -> dict[str, Run]:
 def test_stiff_and_equally_loaded_it_is_one_wheelset(
     locomotive: Locomotive, simulate: Simulate
 ) -> None:
-    own = cl.simulate(
+    single = cl.simulate(
         locomotive.wheelset,
         cl.TorqueControl(THERE_AND_BACK),
         initial_speed=10.0,
@@ -148,13 +148,13 @@ def test_stiff_and_equally_loaded_it_is_one_wheelset(
     )
     four = replace(locomotive, vehicle=stiff)
     run = simulate(four, Torques(THERE_AND_BACK), duration=DURATION, step=1e-3, once=True)
-    assert own["creepage"].max() > 2.0  # it slipped away
-    assert own["creepage"][-1] < 0.01  # and came back
-    expected = np.interp(run.time, own.time, own["omega"])
+    assert single["creepage"].max() > 2.0  # it slipped away
+    assert single["creepage"][-1] < 0.01  # and came back
+    expected = np.interp(run.time, single.time, single["omega"])
     np.testing.assert_allclose(
         run.rates[:, SPIN], np.repeat(expected[:, None], AXLES, axis=1), rtol=5e-3
     )
-    speed = np.interp(run.time, own.time, own["speed"])
+    speed = np.interp(run.time, single.time, single["speed"])
     np.testing.assert_allclose(run.rates[:, TRAIN], speed, rtol=5e-4)
 
 
@@ -175,8 +175,8 @@ def test_order_of_the_coupling(
         for step in steps.tolist()
     ]
     change = np.linalg.norm(np.diff(ends, axis=0), axis=1)
-    found = np.polyfit(np.log(steps[:-1]), np.log(change), 1)[0]
-    assert found == pytest.approx(order, abs=0.1 * order)
+    exponent = np.polyfit(np.log(steps[:-1]), np.log(change), 1)[0]
+    assert exponent == pytest.approx(order, abs=0.1 * order)
 
 
 def test_all_ways_of_coupling_agree(slip_aways: dict[str, Run]) -> None:
@@ -259,8 +259,8 @@ def kinetic_energy(run: Run, turning: FloatArray) -> FloatArray:
     locomotive, v = run.locomotive, run.locomotive.vehicle
     mass = np.array([v.body_mass, *[v.bogie_mass] * 2, *[v.wheelset_mass] * AXLES])
     inertia = np.array([v.body_inertia, *[v.bogie_inertia] * 2, *[(v.wheelset_inertia,) * 3] * 4])
-    own = np.einsum("tbij,tbj->tbi", directions(at[..., 3:])[1], turning)
-    twice = mass * (moving[..., :3] ** 2).sum(axis=-1) + (inertia * own**2).sum(axis=-1)
+    in_body = np.einsum("tbij,tbj->tbi", directions(at[..., 3:])[1], turning)
+    twice = mass * (moving[..., :3] ** 2).sum(axis=-1) + (inertia * in_body**2).sum(axis=-1)
     wheels = locomotive.wheel_inertia * run.rates[:, SPIN] ** 2
     shafts = locomotive.shaft_inertia * run.rates[:, SHAFT] ** 2
     train = v.train_mass * run.rates[:, TRAIN] ** 2
@@ -271,27 +271,27 @@ def springs_energy(run: Run, turning: FloatArray) -> tuple[FloatArray, FloatArra
     """Energy in the springs, and the power that their dampers take."""
     springs = module("locomotive_train.system").springs
     at, moving = placed(run)
-    own, v, track = directions(at[..., 3:])[1], run.locomotive.vehicle, run.locomotive.alignment
+    axes, v, track = directions(at[..., 3:])[1], run.locomotive.vehicle, run.locomotive.alignment
     stored, lost = np.zeros((2, len(run.time)))
 
     def point(body: int, place: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
         if body < 0:
             return np.array(place), np.zeros(3)
-        arm = np.einsum("i,tij->tj", place, own[:, body])
+        arm = np.einsum("i,tij->tj", place, axes[:, body])
         return at[:, body, :3] + arm, moving[:, body, :3] + cross(turning[:, body], arm)
 
     for first, other, place, place_other, (stiffness, damping) in springs(run.locomotive):
         (from_, leaving), (to, coming) = point(first, place), point(other, place_other)
-        own_first = own[:, first] if first >= 0 else np.eye(3)
-        stretch = (own_first @ (to - from_)[..., None])[..., 0]
-        rate = (own_first @ (coming - leaving)[..., None])[..., 0]
+        first_axes = axes[:, first] if first >= 0 else np.eye(3)
+        stretch = (first_axes @ (to - from_)[..., None])[..., 0]
+        rate = (first_axes @ (coming - leaving)[..., None])[..., 0]
         stored += 0.5 * (stretch**2) @ stiffness[:3]
         lost += (rate**2) @ damping[:3]
         if stiffness[5]:
-            forward, aside = own[:, first, 0], own[:, first, 1]
-            yaw = np.arctan2(dot(aside, own[:, other, 0]), dot(forward, own[:, other, 0]))
+            forward, aside = axes[:, first, 0], axes[:, first, 1]
+            yaw = np.arctan2(dot(aside, axes[:, other, 0]), dot(forward, axes[:, other, 0]))
             stored += 0.5 * stiffness[5] * yaw**2
-            lost += damping[5] * dot(own[:, first, 2], turning[:, other] - turning[:, first]) ** 2
+            lost += damping[5] * dot(axes[:, first, 2], turning[:, other] - turning[:, first]) ** 2
     hook, velocity = point(0, (-v.half_length, 0.0, v.drawhook_height - v.body_height))
     distance, offset = track.of(hook[:, 0], hook[:, 1])
     heading = track.curvature * distance
@@ -382,8 +382,8 @@ def linear_curving(locomotive: Locomotive, speed: float) -> tuple[FloatArray, Fl
         matrix[y + 1, y] += 2.0 * s * c11 * v.conicity / r
         matrix[y + 1, y + 1] += 2.0 * c23
         right[y + 1] -= 2.0 * (s * s * c11 + c33) * k
-    found = np.linalg.solve(matrix, right)
-    return np.asarray(found[6::2]), np.asarray(2.0 * (c22 * found[7::2] - c23 * k))
+    solution = np.linalg.solve(matrix, right)
+    return np.asarray(solution[6::2]), np.asarray(2.0 * (c22 * solution[7::2] - c23 * k))
 
 
 def test_steady_curving_is_kalkers(locomotive: Locomotive, simulate: Simulate) -> None:

@@ -76,8 +76,8 @@ def test_one_point_has_the_bits_of_an_array(table: CreepForceTable) -> None:
 def test_one_point_in_many_threads(table: CreepForceTable) -> None:
     x = np.linspace(0.0, 3.0, 4000)
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda v: table.traction_ratio(v, 0.3), x.tolist()))
-    np.testing.assert_array_equal(found, table.traction_ratio(x, 0.3))
+        ratios = list(pool.map(lambda v: table.traction_ratio(v, 0.3), x.tolist()))
+    np.testing.assert_array_equal(ratios, table.traction_ratio(x, 0.3))
 
 
 @pytest.mark.parametrize("k_hat", [-0.1, 2.1, [0.1, 2.5]])

@@ -66,23 +66,23 @@ def random_creepages(count: int, smallest: float = 0.01, largest: float = 10.0) 
 @pytest.fixture(scope="module")
 def of_contact() -> tuple[FloatArray, FloatArray, Any]:
     """Forces of the law and of CONTACT at all cases without weakening, and the cases' groups."""
-    rows, found = contact_cases("coulomb"), []
+    rows, forces = contact_cases("coulomb"), []
     for case, kalkers in zip(rows, creepages_of(rows), strict=True):
         creepages = -kalkers * lateral_spin_scales(case["a_over_b"], case["nu"])
-        found.append(law_forces(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
-    return np.array(found), forces_of(rows), rows["group"]
+        forces.append(law_forces(case["a_over_b"], case["nu"], creepages[np.newaxis])[0][0])
+    return np.array(forces), forces_of(rows), rows["group"]
 
 
 @pytest.mark.parametrize("group", ["lin", "long", "comb30", "comb90"])
 def test_agreement_with_contact_without_spin(
     of_contact: tuple[FloatArray, FloatArray, Any], group: str
 ) -> None:
-    found, expected, groups = of_contact
+    forces, expected, groups = of_contact
     chosen = groups == group
     if group == "lin":  # a third of them with spin
-        assert np.abs(found - expected)[chosen].max() < 0.001
+        assert np.abs(forces - expected)[chosen].max() < 0.001
         return
-    (x, y, moment), (true_x, true_y, true_moment) = found[chosen].T, expected[chosen].T
+    (x, y, moment), (true_x, true_y, true_moment) = forces[chosen].T, expected[chosen].T
     magnitude = np.hypot(x, y) - np.hypot(true_x, true_y)
     assert np.abs(magnitude).max() < (0.003 if group == "long" else 0.004)
     turned = np.angle((x + 1j * y) / (true_x + 1j * true_y), deg=True)
@@ -94,8 +94,8 @@ def test_agreement_with_contact_without_spin(
 def test_agreement_with_contact_with_spin(
     of_contact: tuple[FloatArray, FloatArray, Any], group: str
 ) -> None:
-    found, expected, groups = of_contact
-    error = (found - expected)[groups == group]
+    forces, expected, groups = of_contact
+    error = (forces - expected)[groups == group]
     assert np.abs(error).max() < 0.03
     assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.008
 
@@ -143,12 +143,14 @@ def test_spline_of_few_samples() -> None:
     u, forces = samples(1.4, 0.28, 200)
     assert len(u) >= 198
     of_weakening = np.zeros(lateral_spin_table.stored_shapes()[1])
-    own = lateral_spin_table.coefficient_sets(coefficients(u, forces, 1.4, 0.28), of_weakening)
+    made_again = lateral_spin_table.coefficient_sets(
+        coefficients(u, forces, 1.4, 0.28), of_weakening
+    )
     creepages = u / (1.0 - np.sum(u**2, axis=1, keepdims=True))
-    by_own, _ = kernel.lateral_spin_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, own)
+    by_own, _ = kernel.lateral_spin_forces(LIMIT_LAW, 1.4, 0.28, creepages, 0.0, made_again)
     by_file, _ = law_forces(1.4, 0.28, creepages)
-    for found, of in ((by_own, forces), (by_file, forces), (by_file, by_own)):
-        error = found - of
+    for computed, of in ((by_own, forces), (by_file, forces), (by_file, by_own)):
+        error = computed - of
         assert np.abs(error).max() < 0.03
         assert np.sqrt(np.mean(error**2)) < 0.005
 
@@ -211,8 +213,8 @@ def error_with_weakening(
     )
     solved = np.isfinite(true).all(axis=1)
     assert solved.mean() > 0.98
-    found, _ = law_forces(a_over_b, nu, creepages, k_hat, static_ratio=static_ratio, law=law)
-    return (found - true)[solved]
+    forces, _ = law_forces(a_over_b, nu, creepages, k_hat, static_ratio=static_ratio, law=law)
+    return (forces - true)[solved]
 
 
 @pytest.mark.slow
