@@ -73,14 +73,14 @@ def test_the_vector_form_keeps_its_contract(patch: cl.Scenario) -> None:
 def test_wheelsets_of_the_vector_form_are_single_ones_to_the_last_bit(patch: cl.Scenario) -> None:
     wet = [replace(patch, demand=cl.Profile.of(torque)) for torque in (1e4, 2e4)]
     settings = {"scales": rl.Scales(2e4), "slip_cost": 2.0}
-    together, alone = rl.TractionVectorEnv(wet, 3, **settings), []
+    together, singles = rl.TractionVectorEnv(wet, 3, **settings), []
     observed, _ = together.reset(seed=7)
     for i in range(3):
-        alone.append(rl.TractionEnv(wet[i % 2], **settings))
-        np.testing.assert_array_equal(alone[i].reset(seed=7 + i)[0], observed[i])
+        singles.append(rl.TractionEnv(wet[i % 2], **settings))
+        np.testing.assert_array_equal(singles[i].reset(seed=7 + i)[0], observed[i])
     for actions in np.random.default_rng(1).uniform(size=(50, 3, 1)):
         observed, rewards, _, _, infos = together.step(actions)
-        for i, env in enumerate(alone):
+        for i, env in enumerate(singles):
             mine, reward, _, _, info = env.step(actions[i])
             np.testing.assert_array_equal(mine, observed[i])
             assert reward == rewards[i]
@@ -154,8 +154,8 @@ def test_copies_of_an_environment_go_on_with_its_bits_on_their_own(
             env.step(action)
         other = way(env)
         expected = [env.step(action) for action in actions]
-        found = [other.step(action) for action in actions]
-        np.testing.assert_equal(found, expected)
+        steps = [other.step(action) for action in actions]
+        np.testing.assert_equal(steps, expected)
         np.testing.assert_equal(other.reset(), env.reset())  # and its random numbers
 
 

@@ -30,8 +30,8 @@ def designed(
 
 def answers(controller: TractionController, seen: Sequence[Measurement[Any]]) -> np.ndarray:
     """Torques of a controller that is shown these measurements, a row for each."""
-    memory, found = controller.start(seen[0], seen[0].demand), []
-    for one in seen:
-        torque, memory = controller.sample(one, memory)
-        found.append(torque)
-    return np.array(found)
+    memory, torques = controller.start(seen[0], seen[0].demand), []
+    for measurement in seen:
+        torque, memory = controller.sample(measurement, memory)
+        torques.append(torque)
+    return np.array(torques)

@@ -31,7 +31,7 @@ def torques_of(control: cl.SampledController, demand: list[float]) -> list[float
     """Torques at the second sample of wheelsets that do not slip."""
     rolling = np.full(len(demand), 10.0)
     seen = Measurement(np.array(demand), rolling, rolling, np.zeros_like(rolling))
-    return [float(one) for one in answers(stacked([control] * len(demand)), [seen, seen])[1]]
+    return [float(torque) for torque in answers(stacked([control] * len(demand)), [seen, seen])[1]]
 
 
 @pytest.mark.parametrize("demand", [2e4, -2e4, 0.0])

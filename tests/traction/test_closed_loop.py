@@ -31,9 +31,9 @@ def scenario(model: cl.Model, controller: Any, speed: float, **changes: Any) -> 
 
 
 def outcomes_of(cases: Sequence[cl.Scenario]) -> Mapping[str, np.ndarray]:
-    found = cl.run_many(cases, "under_test", OUTCOMES)
-    assert not found["failed"].any()
-    return found
+    outcomes = cl.run_many(cases, "under_test", OUTCOMES)
+    assert not outcomes["failed"].any()
+    return outcomes
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["fixed friction", "falling friction"])
@@ -45,7 +45,7 @@ def patch_runs(request: pytest.FixtureRequest, locomotive: cl.Model) -> Outcomes
     patch = cl.Profile((40.0, 40.0, 160.0, 160.0), (1.0, 0.5, 0.5, 1.0))
     track = cl.Track(friction_left=patch)
     thrifty: Mapping[str, Any] = {"slope_seeking": {"target_elasticity": 0.3}}
-    found = {}
+    outcomes = {}
     for name in cl.CONTROLLERS:
         controller = designed(name, model, **thrifty.get(name, {}))
         cases = [
@@ -53,16 +53,16 @@ def patch_runs(request: pytest.FixtureRequest, locomotive: cl.Model) -> Outcomes
             for v, t in ((10.0, 20.5), (15.0, 15.5), (20.0, 12.0))
             for sensors in (replace(SENSORS, seed=seed) for seed in range(3))
         ]
-        found[name] = outcomes_of(cases)
-    return found
+        outcomes[name] = outcomes_of(cases)
+    return outcomes
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITED)
 def test_the_wheel_comes_back_after_a_wet_patch(name: str, patch_runs: Outcomes) -> None:
-    found = patch_runs[name]
-    assert (found["adhesion_utilisation"] > 0.85).all()
-    assert (found["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
+    outcomes = patch_runs[name]
+    assert (outcomes["adhesion_utilisation"] > 0.85).all()
+    assert (outcomes["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
 
 
 @pytest.mark.slow
@@ -78,9 +78,9 @@ def test_creep_control_beats_cutting_and_reapplying(name: str, patch_runs: Outco
 
 @pytest.mark.slow
 def test_open_loop_runs_away(patch_runs: Outcomes) -> None:
-    found = patch_runs["open_loop"]
-    assert (found["largest_slip_speed"] > 100.0).all()
-    assert (found["slip_share"] > 0.75).all()  # three times as much work as at the rail
+    outcomes = patch_runs["open_loop"]
+    assert (outcomes["largest_slip_speed"] > 100.0).all()
+    assert (outcomes["slip_share"] > 0.75).all()  # three times as much work as at the rail
 
 
 @pytest.mark.parametrize("name", LIMITED)
@@ -92,12 +92,12 @@ def test_start_from_standstill_and_braking_on_a_wet_rail(name: str, locomotive: 
     braking = [
         scenario(locomotive, controller, speed, track=wet, demand=brake) for speed in (20.0, 12.0)
     ]
-    found = outcomes_of([start, *braking])
-    assert found["largest_slip_speed"][0] < 1.0
-    assert (found["largest_slip_speed"] < 1.5).all()  # no wheel locks
-    assert found["final_speed"][0] > 1.0
-    assert found["adhesion_utilisation"][0] > 0.7
-    assert (found["adhesion_utilisation"][1:] > (0.85 if name == "threshold" else 0.88)).all()
+    outcomes = outcomes_of([start, *braking])
+    assert outcomes["largest_slip_speed"][0] < 1.0
+    assert (outcomes["largest_slip_speed"] < 1.5).all()  # no wheel locks
+    assert outcomes["final_speed"][0] > 1.0
+    assert outcomes["adhesion_utilisation"][0] > 0.7
+    assert (outcomes["adhesion_utilisation"][1:] > (0.85 if name == "threshold" else 0.88)).all()
 
 
 def late_rows(

@@ -121,7 +121,7 @@ def test_noise_bounds_the_gain(locomotive: cl.Model) -> None:
 def test_slope_seeking_gets_no_friction(locomotive: cl.Model, noise: float) -> None:
     # The same stiffness and layer: 0.2 m/s of noise is enough to bound the gain.
     element, sensors = locomotive.wheelset.element, replace(SENSORS, wheel_speed_noise=noise)
-    found = []
+    fields = []
     for kinetic, static, weakening in ((0.21, 0.45, 1.0), (0.3, 0.33, 0.1), (0.21, 0.21, 0.0)):
         friction = replace(
             element.friction,
@@ -131,9 +131,9 @@ def test_slope_seeking_gets_no_friction(locomotive: cl.Model, noise: float) -> N
         )
         other = replace(element, friction=friction)
         model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=other))
-        found.append(asdict(designed("slope_seeking", model, sensors=sensors)))  # type: ignore[call-overload]
-    for other_fields in found[1:]:
-        assert other_fields == pytest.approx(found[0], rel=1e-6)
+        fields.append(asdict(designed("slope_seeking", model, sensors=sensors)))  # type: ignore[call-overload]
+    for other_fields in fields[1:]:
+        assert other_fields == pytest.approx(fields[0], rel=1e-6)
 
 
 def test_a_reference_that_no_gain_can_hold_is_refused(locomotive: cl.Model) -> None:

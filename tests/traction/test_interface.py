@@ -40,11 +40,11 @@ def torques(
 ) -> list[np.ndarray]:
     """Torques of a controller whose drive gives what it commands."""
     torque = start * measurements[0].demand
-    memory, found = controller.start(measurements[0], torque), []
+    memory, given = controller.start(measurements[0], torque), []
     for measurement in measurements:
         torque, memory = controller.sample(measurement._replace(torque=torque), memory)
-        found.append(torque)
-    return found
+        given.append(torque)
+    return given
 
 
 @pytest.mark.parametrize("name", ["open_loop", *LIMITED])  # a brake's demand is never positive
@@ -68,8 +68,8 @@ def test_a_gripping_wheel_gets_the_demand(name: str, locomotive: cl.Model) -> No
         for demand in (1e3, 24e3, 5e3, 26e3, 0.0, 20e3)
         for _ in range(5)
     ]
-    found = torques(designed(name, locomotive), rows, start=1.0)
-    assert np.array(found).tolist() == [row.demand.tolist() for row in rows]
+    commanded = torques(designed(name, locomotive), rows, start=1.0)
+    assert np.array(commanded).tolist() == [row.demand.tolist() for row in rows]
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def torque_of(measurement: Measurement[float]) -> float:
 
 
 @pytest.mark.parametrize(
-    ("found", "message"),
+    ("given", "message"),
     [
         (SlipPI, r" is the class SlipPI: give an object of it, such as SlipPI\(\)$"),
         (OpenLoop, r" is the class OpenLoop: give an object"),
@@ -143,12 +143,12 @@ def torque_of(measurement: Measurement[float]) -> float:
         (Hidden(), r": Hidden.torque must be a method, but self.torque = 0.0 hides it"),
     ],
 )
-def test_what_is_no_controller_is_one_line(found: Any, message: str) -> None:
+def test_what_is_no_controller_is_one_line(given: Any, message: str) -> None:
     scenario = cl.load_scenario("dry_wet_dry.toml")
     calls: list[tuple[str, Callable[[], object]]] = [
-        ("controller", lambda: cl.run_scenario(scenario, found)),
-        ("controller", lambda: cl.run_many([scenario], found, ["distance"])),
-        ("controllers.mine", lambda: dataclasses.replace(scenario, controllers={"mine": found})),
+        ("controller", lambda: cl.run_scenario(scenario, given)),
+        ("controller", lambda: cl.run_many([scenario], given, ["distance"])),
+        ("controllers.mine", lambda: dataclasses.replace(scenario, controllers={"mine": given})),
     ]
     for name, call in calls:
         with pytest.raises(ValueError, match=message) as caught:

@@ -25,8 +25,8 @@ def test_load_is_what_does_not_accelerate_whatever_the_drive_gives(delay: int) -
         filter_time=0.04,
     )
     speed = RADIUS * np.concatenate([np.full(delay, omega[0]), omega])
-    state, found = observer.start(torque[0], speed[0], np.zeros(())), []
+    state, loads = observer.start(torque[0], speed[0], np.zeros(())), []
     for given, seen in zip(torque, speed[1:], strict=False):
         state, observed, _ = observer.observe(state, given, seen, np.zeros(()))
-        found.append(float(observed))
-    np.testing.assert_allclose(found[120:], load, rtol=1e-6)
+        loads.append(float(observed))
+    np.testing.assert_allclose(loads[120:], load, rtol=1e-6)

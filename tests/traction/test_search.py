@@ -59,22 +59,22 @@ class Stumbles(Mine):
 
 def test_a_controller_is_made_anew_with_what_follows_from_its_settings() -> None:
     control = Mine(0.2, name="other")
-    found = Searched("mine", control)
-    made = found.changed({"slip": 2.0, "gain": 0.5})
+    searched = Searched("mine", control)
+    made = searched.changed({"slip": 2.0, "gain": 0.5})
     assert (made.slip, made.gain, made.step, made.name) == (0.4, 2.5e3, 250.0, "other")
     assert control.slip == 0.2  # as before
-    assert found.factors("slip") == pytest.approx((0.1, 2.5))
-    widest = dict.fromkeys(found.ranges, 1e6)
-    assert (found.changed(widest).slip, found.changed(widest).gain) == (0.5, 5e4)
+    assert searched.factors("slip") == pytest.approx((0.1, 2.5))
+    widest = dict.fromkeys(searched.ranges, 1e6)
+    assert (searched.changed(widest).slip, searched.changed(widest).gain) == (0.5, 5e4)
 
 
 def test_settings_that_contradict_each_other_make_no_controller() -> None:
-    found = Searched("mine", Stumbles())
-    assert found.changed({"slip": 1.0, "gain": 3.0}) is None
+    searched = Searched("mine", Stumbles())
+    assert searched.changed({"slip": 1.0, "gain": 3.0}) is None
     with pytest.raises(
         RuntimeError, match=r"Stumbles with \{'slip': 0.4\}: KeyError: 'slip' \(tes"
     ):
-        found.changed({"slip": 4.0})
+        searched.changed({"slip": 4.0})
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,8 @@ def test_what_cannot_be_searched_is_reported(control: Any, message: str) -> None
 @pytest.mark.parametrize("kind", ["threshold", "creep_pi", "slope_seeking"])
 def test_a_shipped_controller_is_searched_around_its_design(kind: str) -> None:
     control: Any = cl.load_scenario("dry_wet_dry.toml").controller(kind)
-    found = Searched(kind, control)
-    for name, (low, high) in found.ranges.items():
+    searched = Searched(kind, control)
+    for name, (low, high) in searched.ranges.items():
         value, limits = getattr(control, name), control.quantities()[name]
         assert low == max(value / WIDEST, limits.at_least)
         assert high == value * WIDEST or not limits.allow(value * WIDEST)

@@ -46,7 +46,7 @@ def test_bias_diameter_and_drift_are_systematic() -> None:
     wrong = replace(
         SENSORS, vehicle_speed_bias=-0.005, vehicle_speed_drift=0.02, wheel_diameter_error=0.01
     )
-    readers = [one.reader(2, STEP, radius=0.5) for one in (SENSORS, wrong)]
+    readers = [sensors.reader(2, STEP, radius=0.5) for sensors in (SENSORS, wrong)]
     for k in range(400):
         wheel, vehicle = np.array([10.0 + k, 3.0]), np.array([9.0 + 2.0 * k, -1.0])
         right, shown = (np.array(reader.read(wheel, vehicle, 0.0)) for reader in readers)
@@ -86,16 +86,16 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
     demand[:, 2] *= -1.0
     reader = Sensors(acceleration_limit=0.5).reader(3, STEP)
     true = np.full(3, np.nan)  # never looked at
-    found = np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
-    assert (found[:, 0] == rolling).all()  # a wheel that sticks
+    measured = np.array([reader.read(u, true, t)[1] for u, t in zip(wheel, demand, strict=True)])
+    assert (measured[:, 0] == rolling).all()  # a wheel that sticks
     late = time > 1.0
     np.testing.assert_allclose(
-        found[late, 1],
+        measured[late, 1],
         (rolling[~late][-1] + sign * 0.5 * (time[late] - time[~late][-1])),
         rtol=1e-12,
     )
-    assert (found[:201, 1] == slipping[:201]).all()
-    assert (found[:, 2] == slipping).all()  # under the other demand that is no slip
+    assert (measured[:201, 1] == slipping[:201]).all()
+    assert (measured[:, 2] == slipping).all()  # under the other demand that is no slip
 
 
 @pytest.mark.parametrize(

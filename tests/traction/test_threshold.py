@@ -17,15 +17,15 @@ def test_thresholds_are_clear_of_the_noise(locomotive: cl.Model) -> None:
     assert isinstance(controller, ThresholdControl)
     reader = wide.reader(count, STEP)
     demand, rolling = np.full(count, 2e4), np.full(count, 1.0)
-    memory, found = None, []
+    memory, signals = None, []
     for _ in range(samples):
         measured = Measurement(demand, *reader.read(rolling, rolling, demand), demand)
         if memory is None:
             memory = controller.start(measured, demand)
         torque, memory = controller.sample(measured, memory)
-        found.append((memory.slip, memory.wheel_speed))
+        signals.append((memory.slip, memory.wheel_speed))
         assert (torque == demand).all()
-    slip, wheel = np.array(found)[1000:].transpose(1, 0, 2)
+    slip, wheel = np.array(signals)[1000:].transpose(1, 0, 2)
     spread = slip.std(), np.diff(wheel, axis=0).std() / STEP
     assert spread == pytest.approx(controller.noise(wide), rel=0.05)
 

@@ -66,13 +66,13 @@ def test_it_expects_the_brake_s_torque(locomotive: cl.Model) -> None:
     assert isinstance(control, WheelSlideProtection)
     measured = plant.reset()
     memory = control.start(measured, 0.0)
-    expected, found = [], []
+    expected, actual = [], []
     for _ in range(800):
         expected.append(float(memory.pressure))
-        found.append(-plant["drive_torque"])
+        actual.append(-plant["drive_torque"])
         torque, memory = control.sample(measured, memory)
         measured = plant.step(torque)
-    np.testing.assert_allclose(found[late:], expected[:-late], atol=5.0)
+    np.testing.assert_allclose(actual[late:], expected[:-late], atol=5.0)
     assert np.ptp(expected) > 5e3
 
 
@@ -82,14 +82,14 @@ def test_thresholds_are_clear_of_the_noise(locomotive: cl.Model) -> None:
     control = WheelSlideProtection.for_drivetrain(train, speed=1.0, sensors=wide)
     reader = wide.reader(20, control.sample_time)
     demand, rolling = np.full(20, DEMAND), np.full(20, 1.0)
-    memory, found = None, []
+    memory, signals = None, []
     for _ in range(2000):
         measured = Measurement(demand, *reader.read(rolling, rolling, demand), demand)
         memory = memory or control.start(measured, demand)
         torque, memory = control.sample(measured, memory)
-        found.append((memory.vehicle.speed - memory.wheel_speed, memory.wheel_speed))
+        signals.append((memory.vehicle.speed - memory.wheel_speed, memory.wheel_speed))
         assert (torque == demand).all()
-    slip, wheel = np.array(found)[500:].transpose(1, 0, 2)
+    slip, wheel = np.array(signals)[500:].transpose(1, 0, 2)
     spread = slip.std(), np.diff(wheel, axis=0).std() / control.sample_time
     assert spread == pytest.approx(control.noise(wide), rel=0.05)
 

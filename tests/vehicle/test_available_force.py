@@ -19,10 +19,10 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
     weight = load * element.normal_load
     law = cl.CarterGriffith(k_hat=element.k_hat / np.sqrt(load * scale))
     expected = scale * element.friction.kinetic * weight * law.peak.traction_ratio
-    found = cl.vehicle.available_force(
+    force = cl.vehicle.available_force(
         element, speed=[-3.0, 0.0, 0.01, 20.0], normal_load=weight, friction_scale=scale
     )
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    np.testing.assert_allclose(force, expected, rtol=1e-9)
 
 
 def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
@@ -42,14 +42,14 @@ def test_no_load_is_no_force_and_less_is_an_error(locomotive: cl.Model) -> None:
 @pytest.mark.parametrize("other", [0.3, 0.545, 0.9])
 def test_wheels_that_turn_equally_are_not_both_at_their_peaks(rig: cl.Model, other: float) -> None:
     element = rig.wheelset.element
-    found = cl.vehicle.available_force(element, speed=12.0, other_friction_scale=other)
+    force = cl.vehicle.available_force(element, speed=12.0, other_friction_scale=other)
     creepage = np.linspace(0.0, 0.1, 400_001)
     sides = [
         element.at_creepage(creepage, speed=12.0, friction_scale=friction)["creep_force"]
         for friction in (1.0, other)
     ]
-    assert found == pytest.approx(0.5 * (sides[0] + sides[1]).max(), rel=1e-9)
-    assert found < 0.5 * (sides[0].max() + sides[1].max())
-    assert found == cl.vehicle.available_force(
+    assert force == pytest.approx(0.5 * (sides[0] + sides[1]).max(), rel=1e-9)
+    assert force < 0.5 * (sides[0].max() + sides[1].max())
+    assert force == cl.vehicle.available_force(
         element, speed=12.0, friction_scale=other, other_friction_scale=1.0
     )

@@ -29,13 +29,13 @@ def run(case: cl.Scenario) -> cl.Result:
 
 
 def test_filling_and_venting_are_of_first_order_after_the_dead_time() -> None:
-    found = run(braking(BRAKE))
-    filled, vented = (found.time - at - BRAKE.delay for at in (1.0, 3.0))
+    braked = run(braking(BRAKE))
+    filled, vented = (braked.time - at - BRAKE.delay for at in (1.0, 3.0))
     top = 9e3 * -np.expm1(-2.0 / BRAKE.fill_time)
     torque = 9e3 * -np.expm1(-np.maximum(filled, 0.0) / BRAKE.fill_time)
     torque[vented > 0.0] = top * np.exp(-vented[vented > 0.0] / BRAKE.vent_time)
-    np.testing.assert_allclose(-found["drive_torque"], torque, atol=2.0)
-    np.testing.assert_array_equal(found["commanded_torque"], found["demand"])
+    np.testing.assert_allclose(-braked["drive_torque"], torque, atol=2.0)
+    np.testing.assert_array_equal(braked["commanded_torque"], braked["demand"])
 
 
 def test_a_brake_with_one_time_constant_is_a_motor_s_lag() -> None:
@@ -52,9 +52,9 @@ def test_a_brake_with_one_time_constant_is_a_motor_s_lag() -> None:
 def test_a_brake_that_is_not_applied_changes_no_bit() -> None:
     case = braking(None, Motor(lag=0.01, power=3e5, torque_rate=4e4), demand=cl.Profile.of(2e4))
     with_brake = replace(case, drivetrain=replace(case.drivetrain, brake=BRAKE))
-    one, other = run(case), run(with_brake)
-    for signal in one.signals:
-        assert np.array_equal(one[signal], other[signal], equal_nan=True), signal
+    plain, other = run(case), run(with_brake)
+    for signal in plain.signals:
+        assert np.array_equal(plain[signal], other[signal], equal_nan=True), signal
 
 
 @pytest.mark.parametrize(
@@ -73,20 +73,20 @@ def test_wheels_lock_and_never_turn_backward(axle: Axle | None, sign: float) -> 
     case = replace(case, demand=cl.Profile((1.0, 1.0), (0.0, -2e4)))
     train = case.drivetrain
     plain = replace(train.wheelset, element=replace(train.wheelset.element, memory=False))
-    found = run(replace(case, drivetrain=replace(train, wheelset=plain, axle=axle)))
-    turning = sign * np.minimum(sign * found["omega_left"], sign * found["omega_right"])
+    braked = run(replace(case, drivetrain=replace(train, wheelset=plain, axle=axle)))
+    turning = sign * np.minimum(sign * braked["omega_left"], sign * braked["omega_right"])
     assert (sign * turning).min() > -1e-12
-    locked = (sign * found["speed"] > 2.0) & (found.time > 4.0)
-    assert np.abs(sign * found["creepage"][locked] + 1.0).max() < 0.03
-    assert abs(found["speed"][-1]) < 1e-6  # stands
-    assert np.diff(found["drive_work"]).max() < 1e-6  # a brake only takes energy
-    assert np.abs(found["energy_defect"]).max() < 1e-3
+    locked = (sign * braked["speed"] > 2.0) & (braked.time > 4.0)
+    assert np.abs(sign * braked["creepage"][locked] + 1.0).max() < 0.03
+    assert abs(braked["speed"][-1]) < 1e-6  # stands
+    assert np.diff(braked["drive_work"]).max() < 1e-6  # a brake only takes energy
+    assert np.abs(braked["energy_defect"]).max() < 1e-3
 
 
 def test_the_motor_s_limits_are_not_the_brake_s() -> None:
     limits = Motor(power=5e4, torque_rate=2e3, trip_speed=10.0)
-    found = run(braking(BRAKE, limits))
-    np.testing.assert_array_equal(found["drive_torque"], run(braking(BRAKE))["drive_torque"])
+    braked = run(braking(BRAKE, limits))
+    np.testing.assert_array_equal(braked["drive_torque"], run(braking(BRAKE))["drive_torque"])
     both = cl.Profile((1.0, 1.0, 2.0, 2.0), (0.0, -9e3, -9e3, 9e3))
     after = run(braking(BRAKE, Motor(torque_rate=2e3), demand=both))
     rising = (after.time > 2.0) & (after.time < 3.0)
@@ -98,14 +98,14 @@ def test_many_are_one_by_one() -> None:
     delays = (0.0, 0.04, 0.1)
     cases = [braking(replace(BRAKE, delay=delay)) for delay in delays] + [braking(None)]
     together = cl.Plant(cases)
-    alone = [cl.Plant(case) for case in cases]
+    singles = [cl.Plant(case) for case in cases]
     for k in range(200):
         torque = -1e4 if k % 50 < 30 else 5e3
         together.step(torque)
-        for plant in alone:
+        for plant in singles:
             plant.step(torque)
     for signal in ("speed", "omega", "drive_torque"):
-        np.testing.assert_array_equal(together[signal], [plant[signal] for plant in alone])
+        np.testing.assert_array_equal(together[signal], [plant[signal] for plant in singles])
 
 
 def test_designs_know_the_slowest_response() -> None:

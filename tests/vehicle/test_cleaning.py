@@ -33,12 +33,12 @@ def test_works_add_up_and_friction_never_falls() -> None:
 
 def test_without_cleaning_no_bit_changes() -> None:
     plain = cl.Track(friction_left=WET)
-    one, other = (
+    run, other = (
         cl.run_scenario(sliding(track), "open_loop")
         for track in (plain, replace(plain, recovered=0.7))
     )
-    for signal in one.signals:
-        assert np.array_equal(one[signal], other[signal], equal_nan=True), signal
+    for signal in run.signals:
+        assert np.array_equal(run[signal], other[signal], equal_nan=True), signal
 
 
 def test_a_wheel_cleans_the_rail_that_it_is_on() -> None:
@@ -50,9 +50,9 @@ def test_a_wheel_cleans_the_rail_that_it_is_on() -> None:
         slip = radius * run[f"omega_{side}"] - run["speed"]
         work = run[f"creep_force_{side}"] * slip / run["speed"]
         expected = track.cleaned(before[1:], np.maximum(work[:-1], 0.0))
-        found = run[f"friction_scale_{side}"][1:]
-        np.testing.assert_allclose(found, expected, atol=5e-3)
-        assert (found >= before[1:]).all()
+        friction = run[f"friction_scale_{side}"][1:]
+        np.testing.assert_allclose(friction, expected, atol=5e-3)
+        assert (friction >= before[1:]).all()
     assert np.ptp(run["friction_scale_right"]) == 0.0
     assert run["friction_scale_left"].max() > 0.5
     assert np.abs(run["energy_defect"]).max() < 1e-6 * abs(run["drive_work"][-1])
@@ -68,14 +68,14 @@ def test_cleaning_shortens_a_slide() -> None:
 
 def test_many_are_one_by_one() -> None:
     cases = [sliding(replace(DIRTY, cleaning=rate)) for rate in (0.0, 1e-5, 1e-4)]
-    together, alone = cl.Plant(cases), [cl.Plant(case) for case in cases]
+    together, singles = cl.Plant(cases), [cl.Plant(case) for case in cases]
     for _ in range(300):
-        for plant in (together, *alone):
+        for plant in (together, *singles):
             plant.step(-1.2e4)
         assert together["speed"].shape == (3,)  # to look does not change what follows
-    found = together["friction_scale_left"]
-    np.testing.assert_array_equal(found, [plant["friction_scale_left"] for plant in alone])
-    assert found[0] < found[1] < found[2]
+    friction = together["friction_scale_left"]
+    np.testing.assert_array_equal(friction, [plant["friction_scale_left"] for plant in singles])
+    assert friction[0] < friction[1] < friction[2]
 
 
 def test_axles_find_what_those_in_front_have_done() -> None:

@@ -76,18 +76,18 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
         torque = RNG.uniform(-1.0, 1.0) * float(curve.torque(3.0 * scale))
         excess = np.sign(curve.torque(zeta) - torque)
         at = np.flatnonzero(excess[:-1] != excess[1:])
-        found = curve.steady(torque)
-        assert all(a != b for a, b in pairwise(found.stable.tolist()))
-        element, slopes = curve.wheelset.element, np.abs(curve.slope(found.creepage))
+        states = curve.steady(torque)
+        assert all(a != b for a, b in pairwise(states.stable.tolist()))
+        element, slopes = curve.wheelset.element, np.abs(curve.slope(states.creepage))
         largest = curve.wheelset.radius * element.friction.static * element.normal_load
-        left = np.abs(curve.torque(found.creepage) - torque)
-        assert (left <= 1e-11 * largest + 1e-14 * slopes * np.abs(found.creepage)).all()
-        inside = found.creepage[(found.creepage > zeta[0]) & (found.creepage < zeta[-1])]
+        left = np.abs(curve.torque(states.creepage) - torque)
+        assert (left <= 1e-11 * largest + 1e-14 * slopes * np.abs(states.creepage)).all()
+        inside = states.creepage[(states.creepage > zeta[0]) & (states.creepage < zeta[-1])]
         assert len(at) == inside.size
         assert (inside >= zeta[at]).all()
         assert (inside <= zeta[at + 1]).all()
-        np.testing.assert_allclose(found.drive_torque, torque, rtol=1e-9, atol=1e-6)
-        held = found.creepage[np.abs(found.creepage).argmin()] if found.creepage.size else None
+        np.testing.assert_allclose(states.drive_torque, torque, rtol=1e-9, atol=1e-6)
+        held = states.creepage[np.abs(states.creepage).argmin()] if states.creepage.size else None
         try:
             assert curve.grip(torque) == held
         except ValueError as error:
@@ -132,11 +132,11 @@ def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
         body.element.native, body.native, speed=2.0, normal_load=load, friction_scale=scales
     )
     for part in (0.5, 0.9, 0.999):
-        found = native.grip(sign * part * torque[i])[0]
+        creepage = native.grip(sign * part * torque[i])[0]
         expected = np.interp(part * torque[i], torque[: i + 1], zeta[: i + 1])
-        assert found == pytest.approx(sign * expected, rel=1e-6)
-    found, limit = native.grip(sign * 1.001 * torque[i])
-    assert np.isnan(found)
+        assert creepage == pytest.approx(sign * expected, rel=1e-6)
+    creepage, limit = native.grip(sign * 1.001 * torque[i])
+    assert np.isnan(creepage)
     assert limit == pytest.approx(sign * torque[i], rel=1e-6)
 
 

@@ -144,9 +144,9 @@ def written_again(
 
     omega = (1.0 + creepage) * speed / r
     start = [speed, omega, omega, *[0.0] * 7]
-    found: Any = solve_ivp(rates, (0.0, duration), start, method="Radau", rtol=1e-9, atol=1e-12)
-    assert found.success
-    return np.asarray(found.y[:, -1])
+    solution: Any = solve_ivp(rates, (0.0, duration), start, method="Radau", rtol=1e-9, atol=1e-12)
+    assert solution.success
+    return np.asarray(solution.y[:, -1])
 
 
 VARIANTS = {
@@ -294,10 +294,10 @@ def test_many_are_one_by_one(locomotive: cl.Model) -> None:
     for _ in range(50):
         fleet.advance(inputs, together, 0.0, 2e-3, 1e-7, substeps)
     for i in range(n):
-        one, substep = states[i : i + 1].copy(), np.zeros(1)
+        single, substep = states[i : i + 1].copy(), np.zeros(1)
         for _ in range(50):
-            train.native.advance(inputs[i : i + 1].copy(), one, 0.0, 2e-3, 1e-7, substep)
-        assert one[0] == together[i]
+            train.native.advance(inputs[i : i + 1].copy(), single, 0.0, 2e-3, 1e-7, substep)
+        assert single[0] == together[i]
 
 
 def test_a_failed_step_leaves_the_state(locomotive: cl.Model) -> None:

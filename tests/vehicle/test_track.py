@@ -60,8 +60,8 @@ def test_places_count_from_the_start_in_the_direction_of_travel(
     distance = rng.uniform(-600.0, 600.0, 200)
     sign = 1.0 if direction == "increasing" else -1.0
     expected = plain.friction_scale(start + sign * distance, 0.0)
-    found = track.friction_scale(distance, 0.0)
-    np.testing.assert_allclose(found, expected[:, :: int(sign)], rtol=1e-9)  # left is right
+    friction = track.friction_scale(distance, 0.0)
+    np.testing.assert_allclose(friction, expected[:, :: int(sign)], rtol=1e-9)  # left is right
     np.testing.assert_allclose(track.slope(distance), plain.slope(start + sign * distance), 1e-9)
 
 
@@ -74,8 +74,8 @@ def test_friction_coefficients_are_those_of_any_vehicle() -> None:
     rails = cl.Track.from_breakpoints(**given, unit="coefficient", slope=(1.0, 0.5), recovered=0.8)
     for kinetic in (0.21, 0.4):
         factors = rails.in_factors(kinetic)
-        found = kinetic * factors.friction_scale([0.0, 10.0], 0.0)
-        np.testing.assert_allclose(found, [[0.3, 0.15], [0.1, 0.2]], rtol=1e-15)
+        friction = kinetic * factors.friction_scale([0.0, 10.0], 0.0)
+        np.testing.assert_allclose(friction, [[0.3, 0.15], [0.1, 0.2]], rtol=1e-15)
         assert (factors.slope.value, factors.recovered) == ((1.0, 0.5), 0.8)
         assert factors.in_factors(kinetic) is factors
     with pytest.raises(ValueError, match="unit = 'coefficient' must be 'factor' here: in_factors"):
@@ -115,8 +115,8 @@ def test_a_run_off_its_map_is_doubted(
     given: dict[str, Any], low: float, high: float, text: str | None
 ) -> None:
     track = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.9), **given)
-    found = track.doubt(low, high)
-    assert (found is None) == (text is None)
-    assert text is None or (found is not None and text in found and "track.start" in found)
+    doubt = track.doubt(low, high)
+    assert (doubt is None) == (text is None)
+    assert text is None or (doubt is not None and text in doubt and "track.start" in doubt)
     level = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.6), **given)
     assert level.doubt(low, high) is None

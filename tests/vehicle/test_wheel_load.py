@@ -27,15 +27,15 @@ def test_the_power_lies_where_the_density_does() -> None:
     power = np.zeros(513)
     for seed in range(30):
         load = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=seed)
-        frequency, one = welch(load(time) - 1.0, 50.0, nperseg=1024)
-        power += one / 30.0
+        frequency, density = welch(load(time) - 1.0, 50.0, nperseg=1024)
+        power += density / 30.0
     edges = [0.3, 0.9, 1.1, 2.0, 3.0, 3.4, 5.0, 10.0]
     for low, high in pairwise(edges):
         fine = np.linspace(low, high, 20001)
         expected = np.trapezoid(np.interp(fine, FREQUENCY, DENSITY, 0.0, 0.0), fine)
         inside = (frequency >= low) & (frequency < high)
-        found = power[inside].sum() * frequency[1]
-        assert found == pytest.approx(expected, rel=0.1, abs=0.01 * VARIANCE)
+        part = power[inside].sum() * frequency[1]
+        assert part == pytest.approx(expected, rel=0.1, abs=0.01 * VARIANCE)
 
 
 def test_a_load_depends_on_seed_and_time_alone() -> None:
@@ -55,9 +55,9 @@ def test_a_load_depends_on_seed_and_time_alone() -> None:
 
 
 def test_a_load_is_never_negative() -> None:
-    found = WheelLoad(frequency=(1.0, 2.0), density=(1.0, 1.0))(np.linspace(0.0, 99.0, 9999))
-    assert found.min() == 0.0
-    assert found.max() > 2.0
+    factor = WheelLoad(frequency=(1.0, 2.0), density=(1.0, 1.0))(np.linspace(0.0, 99.0, 9999))
+    assert factor.min() == 0.0
+    assert factor.max() > 2.0
 
 
 @pytest.mark.parametrize(

@@ -81,8 +81,8 @@ def test_states_near_the_smallest_force_of_a_free_wheelset_are_found(
     assert 100 < there.size < creepage.size
     for point in there[:: there.size // 60]:
         torque = float(point["torque"])
-        found = body.equilibria(drive_torque=torque, resistance_force=outer)
-        assert any(p.creepage == pytest.approx(point["creepage"], rel=1e-6) for p in found)
+        states = body.equilibria(drive_torque=torque, resistance_force=outer)
+        assert any(p.creepage == pytest.approx(point["creepage"], rel=1e-6) for p in states)
 
 
 @pytest.mark.parametrize("below", [1e-4, 1e-6, 1e-9])
