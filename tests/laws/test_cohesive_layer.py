@@ -191,8 +191,8 @@ def test_an_ellipse_is_its_strips() -> None:
     strip = with_layer(k_hat / 0.8, lam / 0.8)
     for name in ("shear_traction", "slip_rate"):
         whole = getattr(law, name)(positions, x, eta)
-        alone = 0.8 * getattr(strip, name)(positions / 0.8, x / 0.8)
-        np.testing.assert_allclose(whole, alone, atol=1e-4)
+        of_strip = 0.8 * getattr(strip, name)(positions / 0.8, x / 0.8)
+        np.testing.assert_allclose(whole, of_strip, atol=1e-4)
 
 
 @pytest.mark.slow

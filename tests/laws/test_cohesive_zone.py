@@ -22,8 +22,8 @@ def test_integrals_of_functions_that_end_like_a_root() -> None:
 def test_a_kink_at_the_stick_boundary_costs_no_digits() -> None:
     # (1 - |s|)^3 is a polynomial in the collocation's variable, though not in y.
     rules = _rules(12)
-    found = rules.principal @ (1.0 - rules.place) ** 3
-    for y, value in zip(rules.place[2:-1], found[2:-1], strict=True):
+    integrals = rules.principal @ (1.0 - rules.place) ** 3
+    for y, value in zip(rules.place[2:-1], integrals[2:-1], strict=True):
         exact = quad(
             lambda s, y=y: (1.0 - s) ** 3 * 2.0 * y / (s + y), 0.0, 1.0, weight="cauchy", wvar=y
         )[0]

@@ -112,10 +112,10 @@ def test_estimates_errors_and_correlation_are_those_of_another_solver() -> None:
     )
     result = fit(CarterGriffith, data, **CARTER)
     errors = np.sqrt(np.diag(covariance))
-    found = list(result.estimates.values())
+    estimates = list(result.estimates.values())
     assert list(result.estimates) == ["kinetic", "saturation_creepage"]
-    assert [e.value for e in found] == pytest.approx(values, rel=1e-5)
-    assert [e.standard_error for e in found] == pytest.approx(errors, rel=1e-3)
+    assert [e.value for e in estimates] == pytest.approx(values, rel=1e-5)
+    assert [e.standard_error for e in estimates] == pytest.approx(errors, rel=1e-3)
     assert result.correlation[0, 1] == pytest.approx(
         covariance[0, 1] / (errors[0] * errors[1]), abs=1e-3
     )
@@ -250,13 +250,13 @@ def test_a_layer_explains_the_locomotives_slope(
     locomotive: TractionData, wheel: EllipticContact
 ) -> None:
     heat = ContactHeat(contact=wheel)
-    found = fit(CarterGriffith, locomotive, heat=heat, layer=wheel, k_hat=0.0)
-    assert found.rmse < 0.0268
-    assert found.caveats == ()
+    layered = fit(CarterGriffith, locomotive, heat=heat, layer=wheel, k_hat=0.0)
+    assert layered.rmse < 0.0268
+    assert layered.caveats == ()
     zeta0_free = fit(CarterGriffith, locomotive, heat=heat, k_hat=0.0, contact="elliptic")
-    assert found.bic < zeta0_free.bic - 10.0  # as many parameters
+    assert layered.bic < zeta0_free.bic - 10.0  # as many parameters
     cold = fit(CarterGriffith, locomotive, layer=wheel, k_hat=0.0)
-    assert cold.bic > found.bic + 50.0
+    assert cold.bic > layered.bic + 50.0
     weakened = fit(CarterGriffith, locomotive, heat=heat, layer=wheel, k_hat=0.3)
     assert weakened.rmse < 0.0278
     k_hat = fit(CarterGriffith, locomotive, heat=heat, layer=wheel).estimates["k_hat"]
@@ -276,12 +276,12 @@ def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) 
     x = np.geomspace(0.05, 50.0, 40)
     zeta = x * saturation_creepage(contact, clean)
     data = TractionData(zeta, 0.3 * law.traction_ratio(x))
-    found = fit(CarterGriffith, data, layer=contact)
-    assert found.values["layer_compliance"] == pytest.approx(2e-13, rel=2e-4)
-    assert found.values["k_hat"] == pytest.approx(k_hat, abs=2e-4)
-    assert found.values["saturation_creepage"] == pytest.approx(zeta[0] / x[0], rel=1e-4)
-    assert found.law.layer_ratio == pytest.approx(ratio, rel=2e-4)  # type: ignore[attr-defined]
-    np.testing.assert_allclose(found.residuals, 0.0, atol=1e-5)
+    fitted = fit(CarterGriffith, data, layer=contact)
+    assert fitted.values["layer_compliance"] == pytest.approx(2e-13, rel=2e-4)
+    assert fitted.values["k_hat"] == pytest.approx(k_hat, abs=2e-4)
+    assert fitted.values["saturation_creepage"] == pytest.approx(zeta[0] / x[0], rel=1e-4)
+    assert fitted.law.layer_ratio == pytest.approx(ratio, rel=2e-4)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(fitted.residuals, 0.0, atol=1e-5)
     held = fit(CarterGriffith, data, layer=contact, layer_compliance=2e-13, k_hat=k_hat)
     assert list(held.estimates) == ["kinetic"]
     with pytest.raises(ValueError, match=f"must be the layer's, '{shape}'"):
@@ -300,13 +300,13 @@ def test_softening_temperature_is_recovered(k_hat: float) -> None:
     made = ThermalContact(heat=heat, friction=friction, softening=Softening.linear(700.0))
     zeta, speed = np.geomspace(5e-4, 0.5, 40), np.where(np.arange(40) % 2, 5.0, 30.0)
     data = TractionData(zeta, made.traction_coefficient(zeta, speed), speed)
-    found = fit(CarterGriffith, data, heat=heat, k_hat=k_hat, contact="line")
-    assert found.values["softening_temperature"] == pytest.approx(700.0, rel=1e-3)
-    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-3)
+    fitted = fit(CarterGriffith, data, heat=heat, k_hat=k_hat, contact="line")
+    assert fitted.values["softening_temperature"] == pytest.approx(700.0, rel=1e-3)
+    assert fitted.values["kinetic"] == pytest.approx(0.3, rel=1e-3)
     zeta0 = made.saturation_creepage
-    assert found.values["saturation_creepage"] == pytest.approx(zeta0, rel=1e-3)
+    assert fitted.values["saturation_creepage"] == pytest.approx(zeta0, rel=1e-3)
     np.testing.assert_allclose(
-        found.traction_coefficient(zeta, speed), data.traction_coefficient, atol=1e-4
+        fitted.traction_coefficient(zeta, speed), data.traction_coefficient, atol=1e-4
     )
 
 

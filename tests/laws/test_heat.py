@@ -78,8 +78,8 @@ def test_profile_is_its_integral() -> None:
         assert flash_profile(xi) == pytest.approx(expected, abs=1e-10)
     m = np.linspace(0.001, 0.999, 101)
     elliptic = (2.0 * m - 1.0) * ellipe(m) + (1.0 - m) * ellipk(m)
-    found = flash_profile(1.0 - 2.0 * m)
-    np.testing.assert_allclose(found, 4.0 * np.sqrt(2.0) / 3.0 * elliptic, atol=1e-13)
+    profile = flash_profile(1.0 - 2.0 * m)
+    np.testing.assert_allclose(profile, 4.0 * np.sqrt(2.0) / 3.0 * elliptic, atol=1e-13)
 
 
 def test_numbers_of_the_profile() -> None:
@@ -110,9 +110,9 @@ def test_two_bodies_share_by_the_roots_of_their_speeds() -> None:
     copper = ThermalMaterial(conductivity=390.0, density=8900.0, heat_capacity=385.0)
     other = ContactHeat(contact=line(), wheel=copper)
     share, rise = other.wheel_share(0.3, speed), other.mean_rise(0.3, speed)
-    alone = unit * 0.3 * speed / np.sqrt(speed)
-    assert share * alone / (copper.effusivity * np.sqrt(1.3)) == pytest.approx(float(rise))
-    assert (1.0 - share) * alone / STEEL.effusivity == pytest.approx(float(rise))
+    flux = unit * 0.3 * speed / np.sqrt(speed)
+    assert share * flux / (copper.effusivity * np.sqrt(1.3)) == pytest.approx(float(rise))
+    assert (1.0 - share) * flux / STEEL.effusivity == pytest.approx(float(rise))
 
 
 def test_bulk_temperatures_meet_at_their_weighted_mean() -> None:
@@ -305,7 +305,7 @@ def local(x: float, number: float, shape: str, k_hat: float = 0.0) -> float:
 
 def closed(x: FloatArray, number: float, shape: Any, k_hat: float = 0.0) -> FloatArray:
     g = friction_factor(x, number, k_hat=k_hat, contact=shape)
-    laws = [cl.CarterGriffith(k_hat=k_hat / np.sqrt(one), contact=shape) for one in g]
+    laws = [cl.CarterGriffith(k_hat=k_hat / np.sqrt(factor), contact=shape) for factor in g]
     q = [float(law.traction_ratio(at)) for law, at in zip(laws, x / g, strict=True)]
     return np.asarray(g * q)
 
@@ -314,9 +314,9 @@ def closed(x: FloatArray, number: float, shape: Any, k_hat: float = 0.0) -> Floa
 def test_closed_form_in_full_slip(shape: str, largest: float) -> None:
     r = np.geomspace(1e-2, 1e3, 21)
     far = 1e8
-    found = friction_factor(far, r / far, contact=shape)
-    exact = [local(far, one / far, shape) for one in r]
-    assert np.abs(found - exact).max() < largest + 5e-5
+    factor = friction_factor(far, r / far, contact=shape)
+    exact = [local(far, ratio / far, shape) for ratio in r]
+    assert np.abs(factor - exact).max() < largest + 5e-5
     mean_field = 1.0 / (1.0 + r) - exact
     expected = {"line": 0.019, "elliptic": 0.009}[shape]
     assert np.abs(mean_field).max() == pytest.approx(expected, abs=0.0006)
@@ -364,20 +364,20 @@ def test_element_is_the_local_solution(k_hat: float, pressures: tuple[float, ...
         warm = element(contact, static=0.3 * ratio, weakening_length=length)
         solved = hot(contact, friction=cold)
         for speed in (1.0, 12.0, 80.0):
-            found = warm.at_creepage(zeta, speed=speed)
+            outputs = warm.at_creepage(zeta, speed=speed)
             exact = local_traction_coefficient(solved, zeta, speed)
             exact = np.clip(exact, -0.3 * ratio, 0.3 * ratio)  # static friction
-            np.testing.assert_allclose(found["traction_coefficient"], exact, atol=0.004 * 0.3)
+            np.testing.assert_allclose(outputs["traction_coefficient"], exact, atol=0.004 * 0.3)
             closed_form = solved.mean_temperature(zeta, speed)
-            np.testing.assert_allclose(found["contact_temperature"], closed_form, atol=0.01)
+            np.testing.assert_allclose(outputs["contact_temperature"], closed_form, atol=0.01)
 
 
 @pytest.mark.parametrize("make", [line, ellipse])
 def test_element_at_zero_creepage_is_cold(make: Callable[[], Any]) -> None:
     warm, cold = element(make()), element(make(), softening_temperature=0.0)
-    one, other = (e.at_creepage([0.0, 1e-9], speed=40.0) for e in (warm, cold))
-    assert one["contact_temperature"][0] == 0.0
-    np.testing.assert_allclose(one["force_gradient"], other["force_gradient"], rtol=1e-5)
+    heated, other = (e.at_creepage([0.0, 1e-9], speed=40.0) for e in (warm, cold))
+    assert heated["contact_temperature"][0] == 0.0
+    np.testing.assert_allclose(heated["force_gradient"], other["force_gradient"], rtol=1e-5)
     assert np.all(other["contact_temperature"] == 0.0)
 
 
@@ -406,9 +406,9 @@ def test_bad_friction_is_refused(given: dict[str, float], message: str) -> None:
 def test_closed_form_of_sampled_softening(coefficient: list[float]) -> None:
     sampled = hot(line(), softening=Softening([0.0, 200.0, 400.0, 800.0], coefficient))
     zeta = np.array([0.004, 0.01, 0.05, 0.1, 0.3, 1.0])
-    found = sampled.traction_coefficient(zeta, 20.0)
+    computed = sampled.traction_coefficient(zeta, 20.0)
     exact = local_traction_coefficient(sampled, zeta, 20.0)
-    np.testing.assert_allclose(found, exact, atol=0.03 * 0.3)
+    np.testing.assert_allclose(computed, exact, atol=0.03 * 0.3)
 
 
 def test_samples_on_a_line_are_linear_softening() -> None:

@@ -83,16 +83,16 @@ def test_closed_limits(
     on_ellipse = influence(g, degree)
     for nu in (0.0, 0.25, 0.5):
         c = stick_coefficients(on_ellipse, nu)
-        found = (c.c11, c.c22, 0.5 * (c.c23 + c.c32), c.c33)
-        assert found == pytest.approx(limit(g, nu), rel=2e-4)
+        coefficients = (c.c11, c.c22, 0.5 * (c.c23 + c.c32), c.c33)
+        assert coefficients == pytest.approx(limit(g, nu), rel=2e-4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("a_over_b", "nu"), [(0.05, 0.5), (0.33, 0.1), (1.3, 0.3), (20.0, 0.0)])
 def test_shipped_coefficients_are_what_the_solver_gives(a_over_b: float, nu: float) -> None:
     c = stick_coefficients(influence(a_over_b, FINE), nu)
-    found = [float(value) for value in cl.laws.kalker_coefficients(a_over_b, nu)]
-    assert found == pytest.approx([c.c11, c.c22, c.c23, c.c33], rel=5e-5)
+    shipped = [float(value) for value in cl.laws.kalker_coefficients(a_over_b, nu)]
+    assert shipped == pytest.approx([c.c11, c.c22, c.c23, c.c33], rel=5e-5)
 
 
 def test_agreement_with_contact() -> None:
@@ -104,13 +104,13 @@ def test_agreement_with_contact() -> None:
         slopes = forces[k : k + 3] / np.diag(creepages[k : k + 3])[:, np.newaxis]
         rounding = 5e-6 / np.diag(creepages[k : k + 3])
         both = 0.5 * (slopes[1, 2] - slopes[2, 1])  # they differ by up to 0.8 %
-        for found, expected, error, left in (
+        for coefficient, expected, error, left in (
             (-c.c11, slopes[0, 0], 3e-3, rounding[0]),
             (-c.c22, slopes[1, 1], 3e-3, rounding[1]),
             (c.c23, both, 3e-3, rounding[1]),
             (-c.c33, slopes[2, 2], 8e-3, rounding[2]),  # where CONTACT converges slowest
         ):
-            assert abs(found - expected) < error * abs(found) + abs(left)
+            assert abs(coefficient - expected) < error * abs(coefficient) + abs(left)
 
 
 def test_stick_vanishes_at_the_strain_of_full_slip() -> None:

@@ -161,10 +161,10 @@ def test_an_ellipse_agrees_with_half_spaces(aspect: float) -> None:
                 grids=((15, 6), (23, 6)),
             )
             stiffness = kernel.half_space_scales(aspect, NU).stiffness_x
-            found, _ = kernel.lateral_spin_forces(
+            computed, _ = kernel.lateral_spin_forces(
                 table, aspect, NU, creepages * scales, layer_ratio=stiffness * lam
             )
-            off = np.linalg.norm((found - forces)[:, :2], axis=1).max()
+            off = np.linalg.norm((computed - forces)[:, :2], axis=1).max()
             assert off <= error, (lam, angle, off)
 
 

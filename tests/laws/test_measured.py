@@ -207,10 +207,10 @@ def creep_curve(zeta: FloatArray, kinetic: float = 0.33, fall: float = 0.35) -> 
 
 def doubts(zeta: FloatArray, mu: FloatArray, speed: FloatArray | None = None) -> list[str]:
     """Texts of the warnings of a measured curve."""
-    with warnings.catch_warnings(record=True) as found:
+    with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always", InputWarning)
         MeasuredCurve(zeta, mu, speed=speed, name="my")
-    return [str(one.message) for one in found]
+    return [str(warning.message) for warning in warned]
 
 
 ONE_SIDE = 1e-2 * np.geomspace(0.1, 8.0, 20)
@@ -228,9 +228,9 @@ def test_an_offset_is_doubted_with_the_shift_that_removes_it(
     mu = creep_curve(points) + rng.normal(0.0, scatter, points.size)
     (text,) = doubts(points + offset, mu)
     what = "subtract" if offset > 0.0 else "add"
-    found = re.search(rf"my: the points do not run through zero: .* {what} ([0-9.]+) %", text)
-    assert found is not None, text
-    assert float(found[1]) == pytest.approx(100.0 * abs(offset), rel=0.1, abs=0.02)
+    match = re.search(rf"my: the points do not run through zero: .* {what} ([0-9.]+) %", text)
+    assert match is not None, text
+    assert float(match[1]) == pytest.approx(100.0 * abs(offset), rel=0.1, abs=0.02)
     assert doubts(points, mu) == []
 
 
@@ -254,7 +254,7 @@ def test_curves_that_differ_by_side_speed_or_place_are_doubted(scatter: float) -
     for ratio in (0.8, 1.25):
         mu = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, 0.33 * ratio)) + noise
         side = np.append(np.ones(20), -np.ones(20))
-        for found, groups in (
+        for lines, groups in (
             (doubts(side * twice, side * mu), "in traction are .*, those in braking"),
             (doubts(twice[mixed], mu[mixed], speed[mixed]), r"at 5\.56 m/s are .*at 22\.2 m/s"),
             (
@@ -263,7 +263,7 @@ def test_curves_that_differ_by_side_speed_or_place_are_doubted(scatter: float) -
             ),
             (doubts(twice, mu), "of the first half of the rows are .*, those of the second half"),
         ):
-            (text,) = found
+            (text,) = lines
             off = re.search(rf"systematic: the points {groups} ([-+][0-9.]+) %; are they", text)
             assert off is not None, text
             assert float(off[1]) == pytest.approx(100 * (ratio - 1) / (ratio + 1), abs=2.0)
@@ -285,9 +285,9 @@ def test_a_fit_has_the_same_doubts() -> None:
     zeta, speed = np.tile(ONE_SIDE, 2), np.repeat([5.0, 20.0], 20)
     mu = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, 0.25))
     given: dict[str, Any] = {"k_hat": 0.0, "contact": "line"}
-    found = cl.fit(CarterGriffith, TractionData(zeta, mu, speed), **given)
-    assert any("systematic: the points at 5 m/s" in text for text in found.doubts)
-    assert set(found.doubts) <= set(found.caveats)
+    fitted = cl.fit(CarterGriffith, TractionData(zeta, mu, speed), **given)
+    assert any("systematic: the points at 5 m/s" in text for text in fitted.doubts)
+    assert set(fitted.doubts) <= set(fitted.caveats)
     shifted = TractionData(BOTH_SIDES + 0.002, creep_curve(BOTH_SIDES, fall=0.0))
     assert "subtract 0.2 % from" in cl.fit(CarterGriffith, shifted, **given).doubts[0]
     right = TractionData(BOTH_SIDES, creep_curve(BOTH_SIDES, fall=0.0))

@@ -221,10 +221,10 @@ def test_creepage_in_per_cent_without_unit_warns_below_two(tmp_path: Path) -> No
     cases = [("slip", {}), ("slip [1]", {}), ("slip", {"creepage_unit": "%"})]
     for name, given in cases:
         path.write_text(f"{name},mu\n{rows}")
-        with warnings.catch_warnings(record=True) as found:
+        with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
             TractionData.from_csv(path, columns=("slip", "mu"), **given)
-        texts = [str(one.message) for one in found]
+        texts = [str(warning.message) for warning in warned]
         doubted = name == "slip" and not given
         assert len(texts) == doubted
         assert not doubted or "takes a creepage of 0.4, and above 0.05 is unusual; " in texts[0]
