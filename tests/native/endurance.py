@@ -28,7 +28,7 @@ import contactlib as cl
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
 from fmu_instance import EXPORTS, Subject
-from native_programs import NATIVE, Fmu, alone
+from native_programs import NATIVE, Fmu, standalone
 
 STEPS_PER_TRIP, STEP = 600_000, 1e-3
 REFERENCES = (
@@ -79,7 +79,7 @@ class Growth(NamedTuple):
 
 
 def program(folder: Path) -> Path:
-    return alone(NATIVE / "endurance.c", folder)
+    return standalone(NATIVE / "endurance.c", folder)
 
 
 def numbers_of(command: Path, what: str, fmu: Fmu, *arguments: object) -> list[list[str]]:
@@ -103,8 +103,8 @@ def run(model: cl.Model, folder: Path, trips: int, points: str = "added") -> Day
     fmu = Fmu(model, folder / "locomotive", kind="wheelset")
     torque = 0.97 * cl.find_fold(model.wheelset, speed=10.0).drive_torque
     references = ",".join(str(fmu.references[name]) for name in REFERENCES)
-    found = numbers_of(program(folder), "trips", fmu, trips, points, repr(torque), references)
-    *lines, times = found
+    rows = numbers_of(program(folder), "trips", fmu, trips, points, repr(torque), references)
+    *lines, times = rows
     return Day([trip_of(line) for line in lines], *map(float.fromhex, times))
 
 

@@ -89,8 +89,8 @@ def fuzzed(program: Path, resources: Path, *arguments: str) -> Found:
     )
 
     def last(pattern: str) -> int:
-        found = re.findall(pattern, done.stderr)
-        return int(found[-1]) if found else 0
+        matches = re.findall(pattern, done.stderr)
+        return int(matches[-1]) if matches else 0
 
     return Found(
         last(r"stat::number_of_executed_units:\s*(\d+)"),
@@ -106,7 +106,7 @@ def fuzz(target: str, program: Path, seconds: int, corpus: Path, scratch: Path) 
     corpus.mkdir(parents=True, exist_ok=True)
     resources, seeds = scratch / "resources", scratch / "seeds" / target
     crashes = corpus.parent / f"{target}-crashes"
-    found = fuzzed(
+    outcome = fuzzed(
         program,
         resources,
         f"-max_total_time={seconds}",
@@ -117,14 +117,14 @@ def fuzz(target: str, program: Path, seconds: int, corpus: Path, scratch: Path) 
         str(seeds),
     )
     print(
-        f"{target}: {found.executions} executions, {found.per_second} per second, "
-        f"{found.edges} edges, {len(list(corpus.iterdir()))} inputs, "
-        f"{'CRASHED' if found.crashed else 'no crash'}",
+        f"{target}: {outcome.executions} executions, {outcome.per_second} per second, "
+        f"{outcome.edges} edges, {len(list(corpus.iterdir()))} inputs, "
+        f"{'CRASHED' if outcome.crashed else 'no crash'}",
         flush=True,
     )
-    if found.crashed:
-        print(found.log[-4000:])
-    return not found.crashed
+    if outcome.crashed:
+        print(outcome.log[-4000:])
+    return not outcome.crashed
 
 
 def main() -> int:

@@ -46,10 +46,10 @@ def compiler(name: str) -> str:
     """A compiler, by its plain name or that with a version; without it the test is skipped, but
     not in CI."""
     names = [name, *(f"{name}-{version}" for version in range(21, 12, -1))]
-    found = next(filter(None, map(shutil.which, names)), None)
-    if found is None:
+    path = next(filter(None, map(shutil.which, names)), None)
+    if path is None:
         missing(f"there is no {name}")
-    return found
+    return path
 
 
 def compiled(source: Path, made: Path, way: tuple[str, ...], *options: str) -> Path:
@@ -99,7 +99,7 @@ def flags() -> tuple[str, ...]:
     return (*WARNINGS, token, f"-isystem{headers}", *INCLUDES, f"-I{NATIVE}")
 
 
-def alone(source: Path, folder: Path, *way: str) -> Path:
+def standalone(source: Path, folder: Path, *way: str) -> Path:
     """A program without the sources: it opens an FMU's library by itself, or needs none."""
     made = folder / source.stem
     name, *options = way or ("gcc", "-O2")

@@ -72,9 +72,9 @@ def tables() -> dict[str, bytes]:
 def operations() -> dict[str, int]:
     """Number of each call in a program, as the target's enumeration has it."""
     text = PROGRAM.read_text(encoding="ascii")
-    found = re.search(r"enum operation \{(.*?)\}", text, re.DOTALL)
-    assert found is not None
-    return {name: i for i, name in enumerate(re.findall(r"\w+", found[1]))}
+    match = re.search(r"enum operation \{(.*?)\}", text, re.DOTALL)
+    assert match is not None
+    return {name: i for i, name in enumerate(re.findall(r"\w+", match[1]))}
 
 
 def up() -> list[object]:
@@ -138,22 +138,22 @@ def as_bytes(program: object, numbers: dict[str, int]) -> bytes:
 
 def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
     """Contents of every seed, by target and name; `resources` are those of the exported FMUs."""
-    found: dict[str, dict[str, bytes]] = {"table": {}, "start_values": {}, "fmi": {}}
+    contents: dict[str, dict[str, bytes]] = {"table": {}, "start_values": {}, "fmi": {}}
     for name, data in tables().items():
         for mended in (0, 1):
-            found["table"][f"{name}{'_mended' * mended}"] = bytes([mended]) + POINTS + data
+            contents["table"][f"{name}{'_mended' * mended}"] = bytes([mended]) + POINTS + data
     for number, name in enumerate(EXPORTS):
         data = (resources / name / "start_values.bin").read_bytes()
-        found["start_values"][name] = bytes([number, 1, 0]) + data
+        contents["start_values"][name] = bytes([number, 1, 0]) + data
         frame = 24 + 16  # before the first value, after the number of wheels and of its values
         huge = data[:frame] + struct.pack("<d", 1e9) + data[frame + 8 :]
-        found["start_values"][f"{name}-huge"] = bytes([number, 1, 0]) + huge
+        contents["start_values"][f"{name}-huge"] = bytes([number, 1, 0]) + huge
     place = b"file:///no%20such/folder"
     cell = tables()["one_cell"]
-    found["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
-    found["start_values"]["unmended"] = bytes([0, 0, 3]) + b"%2x" + data[:-1]
+    contents["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
+    contents["start_values"]["unmended"] = bytes([0, 0, 3]) + b"%2x" + data[:-1]
     numbers = operations()
-    calls = found["fmi"]
+    calls = contents["fmi"]
     for version, first in ((2, 0), (3, len(EXPORTS))):  # the FMUs' numbers in each version
         for name, program in programs().items():
             for number in (0, 1, 2, 4):
@@ -168,7 +168,7 @@ def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
         calls[f"wrong_token_{version}"] = bytes([first, 0xFE, 3]) + b"abc" + bytes(9)
         calls[f"wrong_place_{version}"] = bytes([first, 0xF6, 3]) + b"%zz" + bytes(9)
         calls[f"long_token_{version}"] = bytes([first, 0xEE, 63]) + b"a" * 63
-    return found
+    return contents
 
 
 def write_seeds(folder: Path, resources: Path) -> None:

@@ -240,11 +240,11 @@ def test_steps_fit_the_steepest_place_of_a_curve_that_rises_in_an_s(
         assert element.steepest_gradient(speed) == pytest.approx(largest, rel=2e-3)
     for at in (0.0, -0.9 * place, 0.5 * place):  # where the wheel sticks
         omega = (1.0 + at) * speed / element.radius
-        found = native(description, omega=omega, **given)
-        assert found.get("step_size_hint")[0] == pytest.approx(1.0 / (largest * m), rel=2e-3)
+        at_place = native(description, omega=omega, **given)
+        assert at_place.get("step_size_hint")[0] == pytest.approx(1.0 / (largest * m), rel=2e-3)
     beyond = native(description, omega=(1.0 + 1.5 * place + 1e-3) * speed / element.radius, **given)
-    own = 1.0 / (beyond.get("force_gradient")[0] * m)
-    assert beyond.get("step_size_hint")[0] == pytest.approx(own, rel=1e-9)
+    expected = 1.0 / (beyond.get("force_gradient")[0] * m)
+    assert beyond.get("step_size_hint")[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model) -> None:
@@ -257,8 +257,8 @@ def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model
         )
         ends.append(run[-1, 1])
     whole = native(Description(locomotive, "wheelset"), omega=speed / 0.5, speed=speed, **across)
-    alone = native(Description(locomotive, "wheelset"), omega=speed / 0.5, speed=speed)
-    for model in (whole, alone):
+    straight = native(Description(locomotive, "wheelset"), omega=speed / 0.5, speed=speed)
+    for model in (whole, straight):
         model.set(drive_torque=torque)
         for _ in range(400):
             model.advance(1e-3, 1e-9)
@@ -266,5 +266,5 @@ def test_implicit_steps_follow_a_wheelset_that_slips_across(locomotive: cl.Model
     errors = np.abs(np.array(ends) - force)
     assert errors[-1] < 2e-3 * force
     assert np.all(errors[1:] < 0.7 * errors[:-1])  # first order
-    slips = [m.get("omega")[0] * 0.5 - m.get("speed")[0] for m in (whole, alone)]
+    slips = [m.get("omega")[0] * 0.5 - m.get("speed")[0] for m in (whole, straight)]
     assert slips[0] > 1.3 * slips[1]  # the same force takes more slip

@@ -174,14 +174,14 @@ def test_tangent_is_the_derivative(
         values = np.abs(model.get(*unknowns))
         for known in knowns:
             scale = room_of(model, known.name)
-            found, doubt = difference_quotient(model, unknowns, known.name, 2e-3 * scale)
+            difference, doubt = difference_quotient(model, unknowns, known.name, 2e-3 * scale)
             exact = np.array(model.tangent(unknowns, {known.name: 1.0}))
             within = np.where(by_hand & (known.name in BY_HAND), 1e-7, 1e-6)
             allowed = within * np.maximum(np.abs(exact), values / scale) + 1e-12
             clear = doubt < 0.3 * allowed  # else a kink or rounding is in the way
             compared += int(clear.sum())
             unclear += int((~clear).sum())
-            wrong = clear & (np.abs(found - exact) > allowed)
+            wrong = clear & (np.abs(difference - exact) > allowed)
             assert not wrong.any(), (known.name, np.array(unknowns)[wrong], point)
     assert unclear < 0.05 * compared
     if description.has_contact and law != "polach":
@@ -199,23 +199,23 @@ def test_outputs_depend_on_no_input_but_those_declared(
     knowns = [v.name for v in description.of_role("input", "state")]
     outputs = description.unknowns(description.of_role("output", "state"))
     names = [u.variable.name for u in outputs if not u.variable.boolean]
-    found: dict[str, set[str]] = {name: set() for name in names}
+    dependencies: dict[str, set[str]] = {name: set() for name in names}
     for point in random_points(description, 60, seed=8):
         model = native(description, **point)
         for known in knowns:
             changes = model.tangent(names, {known: 1.0})
             for name, change in zip(names, changes, strict=True):
                 if change != 0.0 or name == known:
-                    found[name].add(known)
+                    dependencies[name].add(known)
     held = {"creep_force"} if memory else set()  # without friction it is zero at once
     # A controller may make the torque from any of them, without an algebraic loop.
     loops = {"drive_torque", "resistance_force"} & set(knowns)
     for output in outputs:
         declared = set(output.dependencies)
         assert not loops & declared, output.variable.name
-        assert declared >= found.get(output.variable.name, set()), output.variable.name
+        assert declared >= dependencies.get(output.variable.name, set()), output.variable.name
         if output.variable.name in {"creepage", "omega", "speed", "creep_force"} - held:
-            assert declared == found[output.variable.name]
+            assert declared == dependencies[output.variable.name]
         if memory and output.variable.name in ("creep_force", "wheel_torque", "lateral_force"):
             assert not {"omega", "speed", "lateral_velocity"} & declared
 
@@ -235,6 +235,6 @@ def test_derivatives_where_grip_begins_are_those_of_a_patch_that_slides(
         step = {"normal_load": 1e-3, "friction_scale": 2e-6}[name]  # the contact is tiny then
         model.set(**{name: step})
         model.evaluate()
-        found = (np.array(model.get(*unknowns)) - start) / step
-        np.testing.assert_allclose(exact, found, rtol=1e-4)
+        difference = (np.array(model.get(*unknowns)) - start) / step
+        np.testing.assert_allclose(exact, difference, rtol=1e-4)
         assert abs(exact[0]) > 0.0

@@ -49,9 +49,9 @@ def short_run(program: Path, target: str, folder: Path, corpus: Path) -> fuzz.Fo
 def test_nothing_breaks_in_a_short_run(
     target: str, programs: dict[str, Path], folder: Path, tmp_path: Path
 ) -> None:
-    found = short_run(programs[target], target, folder, tmp_path)
-    assert not found.crashed, found.log[-4000:]
-    assert found.executions >= RUNS[target]
+    outcome = short_run(programs[target], target, folder, tmp_path)
+    assert not outcome.crashed, outcome.log[-4000:]
+    assert outcome.executions >= RUNS[target]
     inputs = len(list((folder / "seeds" / target).iterdir()))
     assert len(list(tmp_path.iterdir())) > inputs  # it gets on from its seeds
 
@@ -68,8 +68,8 @@ def test_a_planted_fault_is_found(sanitized: Build, folder: Path, tmp_path: Path
     sanitized.link(program, broken, *others, folder / "fuzz_table.o", fuzz.FUZZER)
     corpus = tmp_path / "corpus"
     corpus.mkdir()
-    found = short_run(program, "table", folder, corpus)
-    assert found.crashed
+    outcome = short_run(program, "table", folder, corpus)
+    assert outcome.crashed
     assert list(tmp_path.glob("crash-*"))  # what breaks it is kept
 
 

@@ -18,10 +18,10 @@ from native_programs import (
     WRAPPED,
     Build,
     Fmu,
-    alone,
     clean,
     of_wheels,
     run,
+    standalone,
     table_shapes,
 )
 
@@ -62,7 +62,7 @@ def run_all(
 
 def run_golden(build: Build, model: cl.Model, folder: Path) -> None:
     """A library opened as a tool opens it: two rows of a wheelset that rolls freely."""
-    program = alone(NATIVE / "run_golden.c", folder)
+    program = standalone(NATIVE / "run_golden.c", folder)
     for version in (2, 3):
         fmu = Fmu(model, folder / f"golden{version}", fmi_version=version, kind="wheelset")
         golden = folder / "golden.csv"

@@ -10,7 +10,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from native_programs import NATIVE, SANITIZED, alone
+from native_programs import NATIVE, SANITIZED, standalone
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
@@ -34,7 +34,7 @@ def both_signs(values: FloatArray) -> FloatArray:
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = NATIVE / "simd_math_functions.c"
-    return alone(source, tmp_path_factory.mktemp("simd_math"), *SANITIZED)
+    return standalone(source, tmp_path_factory.mktemp("simd_math"), *SANITIZED)
 
 
 def values(program: Path, name: str, a: FloatArray, b: FloatArray) -> list[float]:
@@ -78,8 +78,8 @@ def test_value_is_exact_to_its_last_digits(
     a, second = a[::5], (np.zeros_like(a) + b)[::5]
     with mpmath.workdps(40):
         expected = [exact(mpmath.mpf(x), mpmath.mpf(y)) for x, y in zip(a, second, strict=True)]
-        found = values(program, name, a, second)
-        errors = [abs(v / e - 1) for v, e in zip(found, expected, strict=True)]
+        computed = values(program, name, a, second)
+        errors = [abs(v / e - 1) for v, e in zip(computed, expected, strict=True)]
     assert max(errors) <= ulps * ULP
 
 
@@ -90,9 +90,9 @@ def test_power_loses_what_its_logarithm_has_of_digits_before_the_point(
 ) -> None:
     ratio, exponent = both_signs(powers_of_ten(-8.0, 0.0)) * decades, RANDOM.uniform(0, 1, 6000)
     ratio, exponent = 10.0 ** ratio[::5], exponent[::5]
-    found = values(program, "power_of", ratio, exponent)
+    powers = values(program, "power_of", ratio, exponent)
     with mpmath.workdps(40):
-        for x, y, v in zip(ratio, exponent, found, strict=True):
+        for x, y, v in zip(ratio, exponent, powers, strict=True):
             size = 1 + abs(y * mpmath.log(mpmath.mpf(x)))
             assert abs(v / exact_power(mpmath.mpf(x), mpmath.mpf(y)) - 1) <= ULP * size
 
@@ -109,15 +109,15 @@ def test_one_stays_one(program: Path) -> None:
 @pytest.mark.tools
 def test_beyond_the_range_values_stay_in_order(program: Path) -> None:
     ends = np.array([-np.inf, -701.0, -700.0, 700.0, 701.0, np.inf])
-    found = values(program, "exponential", ends, ends)
-    assert found[:2] == [0.0, 0.0]
-    assert found[4:] == [np.inf, np.inf]
-    assert 0.0 < found[2] < 1e-303 < 1e303 < found[3] < np.inf
+    computed = values(program, "exponential", ends, ends)
+    assert computed[:2] == [0.0, 0.0]
+    assert computed[4:] == [np.inf, np.inf]
+    assert 0.0 < computed[2] < 1e-303 < 1e303 < computed[3] < np.inf
     smallest = np.array([0.0, 5e-324, 2.3e-308, 1e-300, np.inf])
-    found = values(program, "logarithm", smallest, smallest)
-    assert found == sorted(found)
-    assert -710.0 < found[0] < -708.0
-    assert found[-1] == np.inf
+    computed = values(program, "logarithm", smallest, smallest)
+    assert computed == sorted(computed)
+    assert -710.0 < computed[0] < -708.0
+    assert computed[-1] == np.inf
     nothing = np.array([np.nan])
     for name in ("exponential", "decaying_exponential", "logarithm", "cube_root"):
         assert np.isnan(values(program, name, nothing, nothing))
@@ -143,9 +143,9 @@ def test_library_takes_no_mathematics_but_exact_ones_from_the_system() -> None:
     name = kernel.platform_name()
     if not name.endswith("linux"):
         pytest.skip("reads libraries of Linux")
-    found = undefined_symbols(kernel.library_path(name).read_bytes())
-    assert {"memcpy", "malloc"} <= found
+    undefined = undefined_symbols(kernel.library_path(name).read_bytes())
+    assert {"memcpy", "malloc"} <= undefined
     # What libm alone has; it finds what the C library has by itself too.
     system, libm = ctypes.CDLL("libc.so.6"), ctypes.CDLL("libm.so.6")
-    functions = {name for name in found if hasattr(libm, name) and not hasattr(system, name)}
+    functions = {name for name in undefined if hasattr(libm, name) and not hasattr(system, name)}
     assert functions <= EXACT
