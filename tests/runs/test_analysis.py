@@ -24,29 +24,29 @@ def analysis_of(tmp_path: Path, axis: str, scenario: str = SCENARIO) -> dict[str
     names = list(cl.runs.ANALYSES)
     text = re.sub(r"controllers = .*\n", "", HEAD)
     text = re.sub(r"outcomes = .*", f"outcomes = {json.dumps(names)}", text)
-    found = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
-    assert "controller" not in found.dims
-    return {name: found[name].values for name in [*names, "x"]}
+    results = cl.ensemble(write_sweep(tmp_path, f"{text}[axes.x]\n{axis}\n", scenario))
+    assert "controller" not in results.dims
+    return {name: results[name].values for name in [*names, "x"]}
 
 
 def test_analysis_agrees_with_a_second_way(tmp_path: Path) -> None:
-    found = analysis_of(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]')
+    results = analysis_of(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.5, 1.0, 1.2]')
     scenario = cl.load_scenario(tmp_path / "s.toml")
     wheelset, speed = scenario.drivetrain.wheelset, scenario.design_speed
     # Eigenvalues of the steady states against the fold of the torque.
-    torque = 23e3 * found["x"]
-    assert (found["stable"] == (torque < found["critical_torque"])).all()
-    assert (found["torque_margin"] > 0.0).tolist() == found["stable"].tolist()
-    clearing = found["clearing_time"]
+    torque = 23e3 * results["x"]
+    assert (results["stable"] == (torque < results["critical_torque"])).all()
+    assert (results["torque_margin"] > 0.0).tolist() == results["stable"].tolist()
+    clearing = results["clearing_time"]
     assert clearing[0] == math.inf  # half of it holds on the patch too
     known = cl.clearing(wheelset, drive_torque=23e3, speed=speed, friction_scale=0.5)
     assert 0.0 < clearing[1] == known.time < 0.1
     assert clearing[2] == 0.0  # too much for good friction
-    assert found["delay_limit"] == pytest.approx(1.0 / found["worst_pole"])
+    assert results["delay_limit"] == pytest.approx(1.0 / results["worst_pole"])
     curve = CreepCurve(wheelset, speed=speed)
-    assert (found["available_force"] == curve.peak.creep_force).all()
-    assert (found["critical_torque"] == curve.fold.drive_torque).all()
-    assert (found["critical_creepage"] == curve.fold.creepage).all()
+    assert (results["available_force"] == curve.peak.creep_force).all()
+    assert (results["critical_torque"] == curve.fold.drive_torque).all()
+    assert (results["critical_creepage"] == curve.fold.creepage).all()
 
 
 def test_the_patch_has_the_slope_of_the_track() -> None:
@@ -55,10 +55,10 @@ def test_the_patch_has_the_slope_of_the_track() -> None:
     case = wet_patch(track=cl.Track(friction_left=wet, slope=slope))
     body, speed = case.drivetrain.wheelset.with_slope(0.29), case.design_speed
     expected = cl.find_fold(body, speed=speed, friction_scale=0.5).drive_torque
-    found = analyse(case, ["patch_critical_torque", "critical_torque"])
-    assert found["patch_critical_torque"] == expected
+    outcomes = analyse(case, ["patch_critical_torque", "critical_torque"])
+    assert outcomes["patch_critical_torque"] == expected
     good = cl.find_fold(case.drivetrain.wheelset, speed=speed).drive_torque
-    assert found["critical_torque"] == good
+    assert outcomes["critical_torque"] == good
 
 
 DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"
@@ -70,11 +70,11 @@ def test_margin_clearing_and_stability_agree_for_either_sign(
 ) -> None:
     values = np.linspace(-1.4, 1.4, 15).round(2).tolist()
     axis = f'factor_on = "demand.torque"\nvalues = {values}'
-    found = analysis_of(tmp_path, axis, SCENARIO + DAMPING.format(damping))
-    torque, stable = 23e3 * found["x"], found["stable"] == 1.0
-    known = np.isfinite(found["torque_margin"])
+    results = analysis_of(tmp_path, axis, SCENARIO + DAMPING.format(damping))
+    torque, stable = 23e3 * results["x"], results["stable"] == 1.0
+    known = np.isfinite(results["torque_margin"])
     assert known.any()
-    assert ((found["torque_margin"] > 0.0) == stable)[known].all()
+    assert ((results["torque_margin"] > 0.0) == stable)[known].all()
     for name in (
         "critical_torque",
         "patch_critical_torque",
@@ -82,9 +82,9 @@ def test_margin_clearing_and_stability_agree_for_either_sign(
         "hysteresis",
         "clearing_time",
     ):
-        assert (np.isnan(found[name]) | (torque >= 0.0)).all()
-    assert np.isnan(found["torque_margin"][torque < 0.0]).all()
-    assert ((found["clearing_time"] > 0.0) == stable)[torque > 0.0].all()
+        assert (np.isnan(results[name]) | (torque >= 0.0)).all()
+    assert np.isnan(results["torque_margin"][torque < 0.0]).all()
+    assert ((results["clearing_time"] > 0.0) == stable)[torque > 0.0].all()
     # Braking against the balance of torques, -r Q(-zeta) = r Q(zeta): damping brakes too.
     wheelset = cl.load_scenario(tmp_path / "s.toml").drivetrain.wheelset
     held = -cl.stability.quasi_steady_torque(
@@ -99,10 +99,10 @@ def test_margin_clearing_and_stability_agree_for_either_sign(
 def test_wheels_that_spin_against_their_bearings_are_not_held(tmp_path: Path) -> None:
     axis = 'parameter = "vehicle.contact.normal_load"\nvalues = [1.0, "230 kN"]'
     scenario = SCENARIO + DAMPING.format(5.0)
-    found = analysis_of(tmp_path, axis, scenario)
-    assert found["stable"].tolist() == [0.0, 1.0]
-    assert found["clearing_time"][0] == 0.0
-    assert found["clearing_time"][1] > 0.0
+    results = analysis_of(tmp_path, axis, scenario)
+    assert results["stable"].tolist() == [0.0, 1.0]
+    assert results["clearing_time"][0] == 0.0
+    assert results["clearing_time"][1] > 0.0
 
 
 @pytest.mark.slow
@@ -110,13 +110,13 @@ def test_maps_of_friction_and_load_are_in_order() -> None:
     sweep = cl.load_sweep("friction_and_load_sweep.toml")
     points = np.arange(sweep.runs).reshape(sweep.shape)[::9, ::4]  # (load, patch friction)
     builder = ScenarioBuilder(sweep.plan)
-    found = [
+    outcomes = [
         [analyse(builder.build(sweep.values[i].tolist()), sweep.plan.outcomes) for i in row]
         for row in points
     ]
 
     def grid(name: str) -> FloatArray:
-        return np.array([[point[name] for point in row] for row in found])
+        return np.array([[point[name] for point in row] for row in outcomes])
 
     # At one k_hat and semi-width creep force and saturation creepage are of the load alone.
     loads = sweep.values[points[:, 0], 0]

@@ -32,8 +32,8 @@ INPUTS = {
 def test_what_the_benchmark_runs_changes_with_its_version() -> None:
     """Scores of one version can be compared: a change of a scenario needs a new version."""
     files = (*WHOLE.files, "locomotive")
-    texts = [Path(cl.files.model_path(f"{one}.toml")).read_text() for one in files]
-    tracks = [repr([one.track for one in runs]) for runs in benchmark_scenarios(small=True)]
+    texts = [Path(cl.files.model_path(f"{file}.toml")).read_text() for file in files]
+    tracks = [repr([run.track for run in runs]) for runs in benchmark_scenarios(small=True)]
     whole = json.dumps([*map(tomllib.loads, texts), WHOLE, RANGES, tracks], sort_keys=True)
     assert INPUTS[VERSION] == hashlib.sha256(whole.encode()).hexdigest()
 
@@ -44,10 +44,10 @@ def test_tracks_are_drawn_by_seed_within_the_ranges(monkeypatch: pytest.MonkeyPa
     assert {len(runs) for runs in whole.values()} == {4 * 14}
     few, others = (benchmark_scenarios(seed, small=True) for seed in (3, 4))
     for runs, same, other in zip(whole.values(), few, others, strict=False):
-        tracks = [one.track for one in runs]
+        tracks = [run.track for run in runs]
         assert len(set(tracks)) == len(tracks)
-        assert [one.track for one in same] == tracks[:8]
-        assert not {one.track for one in other} & set(tracks)
+        assert [run.track for run in same] == tracks[:8]
+        assert not {run.track for run in other} & set(tracks)
 
     def spread(limits: Range, values: Any) -> None:
         """All of the range is drawn from, and nothing beyond it."""
@@ -57,26 +57,28 @@ def test_tracks_are_drawn_by_seed_within_the_ranges(monkeypatch: pytest.MonkeyPa
         assert high - margin <= drawn.max() < high + 1e-9
 
     for file in ("dry_wet_dry", "soft_patch", "braking", "split_friction"):
-        tracks = [one.track for one in whole[file]]
+        tracks = [run.track for run in whole[file]]
         speed = cl.load_scenario(f"{file}.toml").initial_speed
         left = [track.friction_left for track in tracks]
-        first, _, end, _, second, _, last, _ = np.transpose([one.at for one in left]) / speed
+        first, _, end, _, second, _, last, _ = (
+            np.transpose([profile.at for profile in left]) / speed
+        )
         for limits, times in ((RANGES.first, first), (RANGES.gap, second - end)):
             spread(limits, times)
         spread(RANGES.length, [end - first, last - second])
-        spread(RANGES.friction, [one.value[1:7:4] for one in left])
+        spread(RANGES.friction, [profile.value[1:7:4] for profile in left])
         softer = [track.slope.value[1:7:4] for track in tracks]
         spread(RANGES.slope, softer) if file == "soft_patch" else spread((1.0, 1.0), softer)
         right = {track.friction_right for track in tracks}
         assert right == {cl.load_scenario(f"{file}.toml").track.friction_right}
-    sand = [one.track.friction_over_time for one in whole["sanding"]]
-    start, end = np.transpose([one.at for one in sand])
+    sand = [run.track.friction_over_time for run in whole["sanding"]]
+    start, end = np.transpose([profile.at for profile in sand])
     spread(RANGES.sanding, start)
     spread(RANGES.rise, end - start)
     for place, limits in enumerate((RANGES.slippery, RANGES.sanded)):
-        spread(limits, [one.value[place] for one in sand])
-    spread(RANGES.rails, [one.track.friction_left.value for one in whole["torque_step"]])
-    steps = np.transpose([one.demand.at for one in whole["torque_step"]])
+        spread(limits, [profile.value[place] for profile in sand])
+    spread(RANGES.rails, [run.track.friction_left.value for run in whole["torque_step"]])
+    steps = np.transpose([run.demand.at for run in whole["torque_step"]])
     spread(RANGES.step, steps[2])
     spread(RANGES.held, steps[4] - steps[2])
 
@@ -122,9 +124,9 @@ def test_a_torque_that_is_planned_without_a_sensor_loses_to_every_shipped_contro
         "steps": pulsed(2.7, 0.5, 0.45, 0.65),
         "cuts": pulsed(1.0, 0.8, 0.0, 1.0),
     }
-    found = benchmark(plans, small=True)  # type: ignore[arg-type]
-    shipped = min(found.score(name).mean for name in SHIPPED)
-    assert all(found.score(name).mean < shipped - 0.1 for name in plans)
+    scores = benchmark(plans, small=True)  # type: ignore[arg-type]
+    shipped = min(scores.score(name).mean for name in SHIPPED)
+    assert all(scores.score(name).mean < shipped - 0.1 for name in plans)
 
 
 def short(file: str) -> cl.Scenario:
@@ -133,7 +135,7 @@ def short(file: str) -> cl.Scenario:
 
 
 @pytest.fixture(scope="module")
-def found() -> Benchmark:
+def result() -> Benchmark:
     """One scenario of each error of two, with two noises, and a controller of one's own."""
     with pytest.MonkeyPatch.context() as patch:
         errors = "as in the file", "delay + 10 ms"
@@ -142,8 +144,8 @@ def found() -> Benchmark:
         return benchmark({"own": SlipPI()}, trials={"own": 7}, seed=5, small=True)
 
 
-def test_each_run_is_that_of_its_scenario(found: Benchmark) -> None:
-    assert found.outcomes.shape == (4, 1, 2, 2, 4)
+def test_each_run_is_that_of_its_scenario(result: Benchmark) -> None:
+    assert result.outcomes.shape == (4, 1, 2, 2, 4)
     designed = short("torque_step.toml")
     names = ["limited_utilisation", "adhesion_utilisation", "slip_work", "jerk"]
     late = replace(designed.sensors, delay=designed.sensors.delay + 0.01)
@@ -154,39 +156,39 @@ def test_each_run_is_that_of_its_scenario(found: Benchmark) -> None:
         for name in ("threshold", "own"):
             control = SlipPI() if name == "own" else designed.controller(name)
             run = cl.run_many([case], control, names, index=[UNSEEN + 1])
-            mine = found.outcomes[found.controllers.index(name), 0, k, 1]
+            mine = result.outcomes[result.controllers.index(name), 0, k, 1]
             assert mine.tolist() == [run[outcome][0] for outcome in names]
 
 
-def test_a_score_is_the_mean_of_the_runs(found: Benchmark) -> None:
-    runs = found.outcomes[1, ..., :2].mean(axis=-1)
-    score = found.score("creep_pi")
+def test_a_score_is_the_mean_of_the_runs(result: Benchmark) -> None:
+    runs = result.outcomes[1, ..., :2].mean(axis=-1)
+    score = result.score("creep_pi")
     assert score.mean == pytest.approx(runs.mean())
     assert score.minimum == runs.min()
     half = (runs[..., 1] - runs[..., 0]) / 2.0  # standard error of each mean of two
     assert score.standard_error == pytest.approx(np.sqrt((half**2).sum()) / half.size)
-    costs = found.outcomes[1, ..., 2:].mean(axis=(0, 1, 2))
+    costs = result.outcomes[1, ..., 2:].mean(axis=(0, 1, 2))
     assert (score.slip_work, score.jerk) == pytest.approx(tuple(costs))
-    assert found.score("creep_pi", "Torque step on dry rails") == score
+    assert result.score("creep_pi", "Torque step on dry rails") == score
 
 
-def test_all_is_written(found: Benchmark, tmp_path: Path) -> None:
-    found.write(tmp_path / "new")
-    assert (tmp_path / "new" / "benchmark.txt").read_text() == found.table() + "\n"
+def test_all_is_written(result: Benchmark, tmp_path: Path) -> None:
+    result.write(tmp_path / "new")
+    assert (tmp_path / "new" / "benchmark.txt").read_text() == result.table() + "\n"
     title = f"contactlib benchmark {VERSION} (small), seed 5"
-    assert found.table().startswith(f"{title}: 4 runs each\n")
+    assert result.table().startswith(f"{title}: 4 runs each\n")
     about = json.loads((tmp_path / "new" / "benchmark.json").read_text())
-    assert about["benchmark"] == found.title == title
-    assert about["scores"]["own"]["mean"] == found.score("own").mean
-    assert about["scores"]["own"]["jerk"] == found.score("own").jerk
-    trials = {name: one["trials"] for name, one in about["scores"].items()}
+    assert about["benchmark"] == result.title == title
+    assert about["scores"]["own"]["mean"] == result.score("own").mean
+    assert about["scores"]["own"]["jerk"] == result.score("own").jerk
+    trials = {name: score["trials"] for name, score in about["scores"].items()}
     assert trials == {**dict.fromkeys(SHIPPED, 0), "own": 7}
     with (tmp_path / "new" / "benchmark.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 16
     for place, name in enumerate(("limited_utilisation", "slip_work")):
         mine = [float(row[name]) for row in rows if row["controller"] == "own"]
-        assert mine == found.outcomes[3, ..., 2 * place].ravel().tolist()
+        assert mine == result.outcomes[3, ..., 2 * place].ravel().tolist()
 
 
 def test_a_run_that_fails_scores_zero(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -195,12 +197,12 @@ def test_a_run_that_fails_scores_zero(monkeypatch: pytest.MonkeyPatch, tmp_path:
     started = short("torque_step.toml")
     beyond = replace(started, demand=cl.Profile(started.demand.at, (9e4,) * 6))
     monkeypatch.setattr(benchmarking, "load_scenario", lambda _: beyond)
-    found = benchmark(small=True)
-    assert np.isnan(found.outcomes).all()
-    score = found.score("threshold")
+    result = benchmark(small=True)
+    assert np.isnan(result.outcomes).all()
+    score = result.score("threshold")
     assert score[:4] == (0.0, 0.0, 0.0, 0.0)
     assert np.isnan(score[4:]).all()
-    found.write(tmp_path)
+    result.write(tmp_path)
     scores = json.loads((tmp_path / "benchmark.json").read_text())["scores"]
     assert scores["threshold"]["slip_work"] is None
 

@@ -96,8 +96,8 @@ def test_utilisation_is_the_part_of_what_could_be_transmitted(
     held: Drivetrain, force: ArrayLike, demand: ArrayLike, expected: float
 ) -> None:
     run = run_of(TIME, creep_force=LEVEL * np.asarray(force), demand=demand)
-    found = metrics(run, held).adhesion_utilisation
-    assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
+    utilisation = metrics(run, held).adhesion_utilisation
+    assert utilisation == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
 
 def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
@@ -108,10 +108,10 @@ def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
     time = TIME
     demand = np.select([time < 4.95, time < 8.95], [0.5 * 0.1 * LEVEL, 1e6], 0.0)
     force = np.where(time < 4.95, 0.1, 0.75) * LEVEL
-    found = metrics(run_of(time, creep_force=force, demand=demand), held)
-    assert found.limited_utilisation == pytest.approx(0.75, rel=1e-12)
+    outcomes = metrics(run_of(time, creep_force=force, demand=demand), held)
+    assert outcomes.limited_utilisation == pytest.approx(0.75, rel=1e-12)
     # 4.95 s at a tenth (the trapezoid's last interval ends at 1), 4 s at the level.
-    assert found.adhesion_utilisation > 0.775
+    assert outcomes.adhesion_utilisation > 0.775
     # A wheel that is braked and yet driven loses as much as one that transmits nothing, and more.
     against = run_of(time, creep_force=-0.5 * LEVEL, demand=1e6)
     assert metrics(against, held).limited_utilisation == pytest.approx(-0.5, rel=1e-12)
@@ -145,11 +145,11 @@ def test_slip_share_is_the_part_of_the_work_that_becomes_heat(
 def test_slip_share_of_a_wheel_that_slips_away_stays_below_one() -> None:
     scenario = replace(cl.load_scenario("dry_wet_dry.toml"), duration=6.0)
     run = cl.run_scenario(scenario, "open_loop")
-    found = metrics(run, scenario.drivetrain)
+    outcomes = metrics(run, scenario.drivetrain)
     at_rail = np.trapezoid(np.abs(run["creep_force"] * run["speed"]), run.time)
-    assert found.slip_work > at_rail
-    assert found.slip_share == pytest.approx(
-        found.slip_work / (found.slip_work + at_rail), rel=0.02
+    assert outcomes.slip_work > at_rail
+    assert outcomes.slip_share == pytest.approx(
+        outcomes.slip_work / (outcomes.slip_work + at_rail), rel=0.02
     )
 
 
@@ -181,14 +181,14 @@ def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model)
     wheelset = locomotive.wheelset
     step = cl.TorqueControl(cl.Profile((0.0, 2.0, 2.0), (15e3, 15e3, 22e3)))
     scenario = plain_scenario(wheelset, duration=6.0)
-    found = cl.run_scenario(scenario, step)
-    made = metrics(found, scenario.drivetrain)
-    assert made.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
-    assert made.recovery_time < 0.05
-    assert made.largest_slip_speed == pytest.approx(np.abs(found["slip_velocity"]).max())
+    run = cl.run_scenario(scenario, step)
+    outcomes = metrics(run, scenario.drivetrain)
+    assert outcomes.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+    assert outcomes.recovery_time < 0.05
+    assert outcomes.largest_slip_speed == pytest.approx(np.abs(run["slip_velocity"]).max())
     # The force steps by 7 kN.m/r, but for what is left to come after a window.
     turning = wheelset.inertia / wheelset.radius**2
-    assert made.jerk == pytest.approx(14e3 / (142.5e3 + turning) / JERK_WINDOW, rel=0.05)
+    assert outcomes.jerk == pytest.approx(14e3 / (142.5e3 + turning) / JERK_WINDOW, rel=0.05)
 
 
 def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.Model) -> None:
@@ -218,9 +218,9 @@ def recovery_time(held: Drivetrain, lacking: list[tuple[float, float]], part: fl
     force = np.where(lacks, part, 0.95) * LEVEL
     slips = run_of(t, creep_force=force, demand=1e6, falling_branch=np.where(lacks, 1.0, 0.0))
     cut = run_of(t, creep_force=force, demand=1e6, commanded_torque=np.where(lacks, 7.9e5, 1e6))
-    found, other = (metrics(run, held).recovery_time for run in (slips, cut))
-    assert found == other  # whether the wheel slips or slip control reduces its torque
-    return found
+    time, other = (metrics(run, held).recovery_time for run in (slips, cut))
+    assert time == other  # whether the wheel slips or slip control reduces its torque
+    return time
 
 
 def test_a_drive_that_follows_slowly_does_not_begin_a_recovery(held: Drivetrain) -> None:
@@ -292,9 +292,9 @@ def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     used, possible = transmittable(run, scenario.drivetrain)
     cuts = np.count_nonzero(np.diff((used < 0.8 * possible).astype(int), axis=0) == 1)
     assert cuts > 15
-    found = metrics(run, scenario.drivetrain)
-    assert 0.0 < found.recovery_time < 1.5
-    assert found.limited_utilisation < found.adhesion_utilisation - 0.03
+    outcomes = metrics(run, scenario.drivetrain)
+    assert 0.0 < outcomes.recovery_time < 1.5
+    assert outcomes.limited_utilisation < outcomes.adhesion_utilisation - 0.03
 
 
 def test_without_demand_no_force_is_lacking(held: Drivetrain) -> None:
@@ -377,10 +377,10 @@ def test_comparison_files_hold_every_number(tmp_path: Path) -> None:
     assert [row[0] for row in rows] == list(runs)
     for row, run in zip(rows, runs.values(), strict=True):
         np.testing.assert_array_equal([float(cell) for cell in row[1:]], list(run))
-    found = json.loads(paths[2].read_text())
-    assert found["creep, PI"]["recovery_time"] == {"value": "never", "unit": "s"}
-    assert found["creep, PI"]["torsional_peak"] == {"value": None, "unit": "N.m"}
-    assert found["open_loop"]["adhesion_utilisation"]["value"] == RUN.adhesion_utilisation
+    written = json.loads(paths[2].read_text())
+    assert written["creep, PI"]["recovery_time"] == {"value": "never", "unit": "s"}
+    assert written["creep, PI"]["torsional_peak"] == {"value": None, "unit": "N.m"}
+    assert written["open_loop"]["adhesion_utilisation"]["value"] == RUN.adhesion_utilisation
 
 
 def test_table_has_a_line_for_each_metric() -> None:

@@ -45,7 +45,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     nominal = np.array([body.element.normal_load for body in bodies])
     load = nominal * np.where(rng.uniform(size=speed.shape) < 0.3, 0.7, 1.0)
     load[3] = 0.0
-    found = available(speed, scale[..., 0], scale[..., 1], slopes, load)
+    forces = available(speed, scale[..., 0], scale[..., 1], slopes, load)
     for i, body in enumerate(bodies):
         expected = [
             cl.vehicle.available_force(
@@ -57,15 +57,15 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
             )
             for k, slope in enumerate(slopes[:, i].tolist())
         ]
-        np.testing.assert_allclose(found[:, i], expected, rtol=1e-8)
+        np.testing.assert_allclose(forces[:, i], expected, rtol=1e-8)
 
 
 def test_levels_of_a_track_are_where_it_does_not_change() -> None:
     assert track_levels(cl.Track()) == [(1.0, 1.0, 1.0)]
     assert track_levels(cl.Track(friction_left=STEP)) == [(0.5, 0.5, 1.0), (1.0, 1.0, 1.0)]
     rain = cl.Profile((0.0, 1.0, 2.0), (1.0, 0.8, 0.8))
-    found = track_levels(cl.Track(friction_left=RAMP, friction_over_time=rain))
-    assert found == [(f, f, 1.0) for f in (0.4, 0.5, 0.8, 1.0)]
+    levels = track_levels(cl.Track(friction_left=RAMP, friction_over_time=rain))
+    assert levels == [(f, f, 1.0) for f in (0.4, 0.5, 0.8, 1.0)]
     both = cl.Track(friction_left=STEP, friction_right=RAMP)
     assert track_levels(both) == [(0.5, 0.5, 1.0), (1.0, 0.5, 1.0), (1.0, 1.0, 1.0)]
     wet = cl.Track(
@@ -156,8 +156,8 @@ def test_at_the_very_fold_and_beyond(locomotive: cl.Model) -> None:
 def test_many_profiles_are_each_of_them() -> None:
     profiles = [STEP, cl.Profile.of(3.0), RAMP, STEP, cl.Profile((1.0, 2.0), (5.0, 5.0))]
     times = np.linspace(0.0, 80.0, 33)
-    found = ManyProfiles(profiles)(times)
-    np.testing.assert_array_equal(found, np.stack([p(times) for p in profiles], axis=1))
+    values = ManyProfiles(profiles)(times)
+    np.testing.assert_array_equal(values, np.stack([p(times) for p in profiles], axis=1))
 
 
 # ---- drives ---------------------------------------------------------------------------------
@@ -184,13 +184,13 @@ def at_samples(case: cl.Scenario, controller: str) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("controller", ["open_loop", "creep_pi"])
 def test_power_is_limited_at_every_sample(controller: str) -> None:
     power = 4.6e5  # the demand at the start has 4.7e5 W
-    found = at_samples(driven(Motor(lag=0.01, power=power)), controller)
-    given = np.abs(found["commanded_torque"] * found["omega"])
+    samples = at_samples(driven(Motor(lag=0.01, power=power)), controller)
+    given = np.abs(samples["commanded_torque"] * samples["omega"])
     assert given.max() == pytest.approx(power, rel=1e-12)
-    assert found["omega"][-1] > 2.0 * found["omega"][0] or controller == "creep_pi"
-    possible = found["demand"] * found["speed"] / 0.5
+    assert samples["omega"][-1] > 2.0 * samples["omega"][0] or controller == "creep_pi"
+    possible = samples["demand"] * samples["speed"] / 0.5
     np.testing.assert_allclose(possible, power, rtol=1e-12)
-    assert (found["commanded_torque"] <= found["demand"]).all()
+    assert (samples["commanded_torque"] <= samples["demand"]).all()
 
 
 @pytest.mark.slow
@@ -208,10 +208,10 @@ def test_torque_changes_at_the_largest_rate_at_most(controller: str) -> None:
 def test_a_drive_that_has_tripped_waits_until_nothing_is_demanded() -> None:
     trip = 14.0
     demand = cl.Profile((5.0, 5.0, 5.5, 5.5), (23.5e3, 0.0, 0.0, 10e3))
-    found = at_samples(driven(Motor(trip_speed=trip), demand=demand), "open_loop")
-    rim, torque = 0.5 * found["omega"], found["commanded_torque"]
+    samples = at_samples(driven(Motor(trip_speed=trip), demand=demand), "open_loop")
+    rim, torque = 0.5 * samples["omega"], samples["commanded_torque"]
     first = int(np.argmax(rim >= trip))
-    assert (torque[:first] == found["demand"][:first]).all()
+    assert (torque[:first] == samples["demand"][:first]).all()
     assert 1.0 < 0.01 * first < 5.0
     # After the sample at which it trips nothing accelerates the wheel.
     assert trip < rim.max() == rim[first] < trip + 0.01 * 0.5 * 23.5e3 / 250.0
@@ -267,9 +267,9 @@ def test_copies_of_a_plant_go_on_with_its_bits_on_their_own(name: str) -> None:
         pickled = pickle.loads(pickle.dumps(plant))  # noqa: S301 - of our own making
         copies = [copy.deepcopy(plant), copy.copy(plant), pickled]
         expected = [(plant.step(torque), plant["creep_work"]) for torque in torques]
-        for one in copies:
-            found = [(one.step(torque), one["creep_work"]) for torque in torques]
-            np.testing.assert_equal(found, expected)
+        for copied in copies:
+            steps = [(copied.step(torque), copied["creep_work"]) for torque in torques]
+            np.testing.assert_equal(steps, expected)
 
 
 def test_a_plant_refuses_what_it_cannot_do() -> None:

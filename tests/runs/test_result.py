@@ -74,10 +74,10 @@ def test_a_sweep_travels_after_it_was_run(way: Callable[[Any], Any], tmp_path: P
 @WAYS
 def test_a_result_travels(way: Callable[[Any], Any], run: cl.Result, rig: cl.Model) -> None:
     other = cl.simulate(rig.wheelset, controls("rig")[0], initial_speed=10.0, duration=1.0)
-    for one in (run, other):
-        there = way(one)
-        assert there == one
-        assert there.events == one.events
+    for result in (run, other):
+        there = way(result)
+        assert there == result
+        assert there.events == result.events
         with pytest.raises(TypeError):
             there.signals["speed"] = there.time
     assert run != other
@@ -110,9 +110,9 @@ def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
 
 def test_xarray_labels_every_signal_of_each_kind_of_run(run: cl.Result, rig: cl.Model) -> None:
     other = cl.simulate(rig.wheelset, controls("rig")[0], initial_speed=10.0, duration=0.1)
-    for one in (run, other):
-        data = one.to_xarray()
-        names = {name: data[name].attrs["long_name"] for name in one.signals}
+    for result in (run, other):
+        data = result.to_xarray()
+        names = {name: data[name].attrs["long_name"] for name in result.signals}
         assert len(set(names.values())) == len(names)
         assert {name.removesuffix("_left").removesuffix("_right") for name in names} <= {
             *LONG_NAMES

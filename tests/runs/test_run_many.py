@@ -121,19 +121,19 @@ def test_each_run_is_what_it_would_be_by_itself(
 ) -> None:
     together = run_many(scenarios, controller, list(OUTCOMES), index=range(3, 13))
     assert not together[FAILED].any()
-    for i, one in enumerate(scenarios):
-        alone = run_many([one], controller, list(OUTCOMES), index=[3 + i])
+    for i, scenario in enumerate(scenarios):
+        single = run_many([scenario], controller, list(OUTCOMES), index=[3 + i])
         for name, values in together.items():
-            assert same(values[[i]], alone[name]), (i, name)
+            assert same(values[[i]], single[name]), (i, name)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("controller", ["creep_pi", "slope_seeking"])
 def test_one_run_has_the_metrics_of_its_rows(scenarios: list[cl.Scenario], controller: str) -> None:
-    for one in scenarios:
-        many = run_many([one], controller, list(OUTCOMES), step=0.01, tolerance=1e-8)
-        run = cl.run_scenario(one, controller, step=0.01, tolerance=1e-8)
-        for name, value in cl.metrics(run, one.drivetrain)._asdict().items():
+    for scenario in scenarios:
+        many = run_many([scenario], controller, list(OUTCOMES), step=0.01, tolerance=1e-8)
+        run = cl.run_scenario(scenario, controller, step=0.01, tolerance=1e-8)
+        for name, value in cl.metrics(run, scenario.drivetrain)._asdict().items():
             assert same(many[name], np.array([value])), name
         assert many["final_speed"] == run["speed"][-1]
         assert many["drive_work"] == run["drive_work"][-1]
@@ -147,12 +147,12 @@ def test_who_fails_disturbs_nobody(scenarios: list[cl.Scenario]) -> None:
     # More torque than friction holds at the start; and more than numbers hold later on.
     greedy = dataclasses.replace(good, demand=cl.Profile.of(1e5))
     wild = dataclasses.replace(good, demand=cl.Profile((0.5, 0.5), (1e4, 1e300)))
-    found = run_many([good, greedy, good, wild], "open_loop", list(OUTCOMES))
-    assert found[FAILED].tolist() == [0.0, 1.0, 0.0, 1.0]
-    alone = run_many([good], "open_loop", list(OUTCOMES))
+    outcomes = run_many([good, greedy, good, wild], "open_loop", list(OUTCOMES))
+    assert outcomes[FAILED].tolist() == [0.0, 1.0, 0.0, 1.0]
+    single = run_many([good], "open_loop", list(OUTCOMES))
     for name in OUTCOMES:
-        assert np.isnan(found[name][1::2]).all()
-        assert same(found[name][::2], np.repeat(alone[name], 2)), name
+        assert np.isnan(outcomes[name][1::2]).all()
+        assert same(outcomes[name][::2], np.repeat(single[name], 2)), name
     with pytest.raises(ValueError, match="the rising branch ends at"):
         cl.run_scenario(greedy, "open_loop")
     with np.errstate(all="ignore"), pytest.raises(RuntimeError, match="the integrator gave up"):
@@ -177,9 +177,9 @@ def test_a_controller_that_breaks_fails_its_runs(scenarios: list[cl.Scenario]) -
         dataclasses.replace(scenarios[0], controllers={"broken": Broken(last=last)}, duration=1.0)
         for last in (30.0, math.inf, 99.5)
     ]
-    found = run_many(cases, "broken", ["slip_work", "distance"])
-    assert found[FAILED].tolist() == [1.0, 0.0, 0.0]
-    assert found["distance"][1] == found["distance"][2]
+    outcomes = run_many(cases, "broken", ["slip_work", "distance"])
+    assert outcomes[FAILED].tolist() == [1.0, 0.0, 0.0]
+    assert outcomes["distance"][1] == outcomes["distance"][2]
     with pytest.raises(ValueError, match=r"torque of Broken before .* s = nan is out of range"):
         cl.run_scenario(cases[0], "broken")
 
@@ -193,19 +193,19 @@ def test_an_own_controller_s_runs_do_not_know_each_other(
     control = SlipPI()
     together = run_many(scenarios, control, ["distance"], **given)
     each = [
-        dataclasses.replace(one, controllers={"mine": SlipPI(0.1 if i % 2 else 0.3)})
-        for i, one in enumerate(scenarios)
+        dataclasses.replace(scenario, controllers={"mine": SlipPI(0.1 if i % 2 else 0.3)})
+        for i, scenario in enumerate(scenarios)
     ]
-    own = run_many(each, "mine", ["distance"], **given)
-    assert (own["largest"][1::2] != together["largest"][1::2]).any()
-    assert (own["distance"][::2] == together["distance"][::2]).all()
+    separate = run_many(each, "mine", ["distance"], **given)
+    assert (separate["largest"][1::2] != together["largest"][1::2]).any()
+    assert (separate["distance"][::2] == together["distance"][::2]).all()
     monkeypatch.setattr(ensemble_run, "KEPT", 300)  # rows: one run or two at a time
     again = run_many(scenarios, control, ["distance"], **given)
     assert all((again[name] == together[name]).all() for name in together)
-    for i, one in enumerate(scenarios):
-        alone = cl.run_scenario(one, control, index=i, step=5e-3, tolerance=DEFAULT_TOLERANCE)
-        assert largest_slip(alone) == together["largest"][i]
-        assert alone["distance"][-1] == together["distance"][i]
+    for i, scenario in enumerate(scenarios):
+        run = cl.run_scenario(scenario, control, index=i, step=5e-3, tolerance=DEFAULT_TOLERANCE)
+        assert largest_slip(run) == together["largest"][i]
+        assert run["distance"][-1] == together["distance"][i]
     assert repr(control) == "SlipPI(slip=0.3, integral=0.0)"
 
 
@@ -217,9 +217,9 @@ def test_metrics_of_failed_runs_are_not_computed(scenarios: list[cl.Scenario]) -
         measured.append(result)
         return 1.0
 
-    found = run_many([greedy, scenarios[0]], "open_loop", metrics={"one": metric})
-    assert list(found) == ["one", FAILED]
-    assert same(found["one"], np.array([np.nan, 1.0]))
+    outcomes = run_many([greedy, scenarios[0]], "open_loop", metrics={"one": metric})
+    assert list(outcomes) == ["one", FAILED]
+    assert same(outcomes["one"], np.array([np.nan, 1.0]))
     assert len(measured) == 1
 
 
@@ -283,9 +283,9 @@ def test_every_outcome_has_unit_and_description() -> None:
 
 def test_structure_is_all_but_numbers() -> None:
     known: dict[str, Any] = {"proportional_gain": 1e4, "integral_gain": 1e4}
-    one = cl.traction.CreepPI(reference=0.01, **known)
-    assert structure(one) == structure(cl.traction.CreepPI(reference=0.02, **known))
+    control = cl.traction.CreepPI(reference=0.01, **known)
+    assert structure(control) == structure(cl.traction.CreepPI(reference=0.02, **known))
     with_torque = cl.traction.CreepPI(reference=0.01, reference_torque=1e4, **known)
-    assert structure(one) != structure(with_torque)
-    assert structure(one) != structure(ThresholdControl())
-    assert stacked([one, one]) is one
+    assert structure(control) != structure(with_torque)
+    assert structure(control) != structure(ThresholdControl())
+    assert stacked([control, control]) is control

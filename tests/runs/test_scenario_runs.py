@@ -104,8 +104,8 @@ def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> No
 
 
 def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
-    one = WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
-    ones = dataclasses.replace(wet_drive, wheel_load=one)
+    unit_load = WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
+    ones = dataclasses.replace(wet_drive, wheel_load=unit_load)
     static, run = (cl.run_scenario(case, "creep_pi") for case in (wet_drive, ones))
     for name in set(run.signals) - {"available_force"}:
         np.testing.assert_array_equal(run[name], static[name], err_msg=name)
@@ -303,8 +303,10 @@ def test_creep_control_beats_cutting_the_torque() -> None:
     """With each of ten sequences of noise, and with no larger share of slip work."""
     cases = [wet_patch({"seed": float(seed)}) for seed in range(10)]
     outcomes = ("limited_utilisation", "adhesion_utilisation", "slip_share")
-    found = [cl.run_many(cases, name, outcomes, index=[0] * len(cases)) for name in LIMITED]
-    limited, used, share = (np.stack([one[name] for one in found], axis=1) for name in outcomes)
+    by_controller = [cl.run_many(cases, name, outcomes, index=[0] * len(cases)) for name in LIMITED]
+    limited, used, share = (
+        np.stack([values[name] for values in by_controller], axis=1) for name in outcomes
+    )
     baseline, pi, seeking = range(3)
     assert (limited[:, pi:] > limited[:, [baseline]] + 0.025).all()
     assert (limited[:, pi:].mean(axis=0) > limited[:, baseline].mean() + 0.03).all()
@@ -328,10 +330,10 @@ def test_creep_control_survives_what_the_sensors_do_not_show() -> None:
 
     baseline = used("threshold").mean(axis=1)
     for name in ("creep_pi", "slope_seeking"):
-        found = used(name)
-        assert found.min() > 0.87
-        assert (found.mean(axis=1) > baseline - 0.05).all()
-        assert found.mean() > baseline.mean() - 0.01
+        utilisation = used(name)
+        assert utilisation.min() > 0.87
+        assert (utilisation.mean(axis=1) > baseline - 0.05).all()
+        assert utilisation.mean() > baseline.mean() - 0.01
     # The creepage as shown is of no use for it.
     careful = wet_patch().controller("creep_pi")
     assert isinstance(careful, cl.traction.CreepPI)
@@ -364,13 +366,13 @@ def test_a_run_ends_with_its_duration_and_reports_its_progress(locomotive: cl.Mo
 
 def test_a_variant_has_its_controllers_designed_again() -> None:
     case, late = wet_patch(), wet_patch({"delay": 0.03})
-    for one, delay in ((case, 0.01), (late, 0.03)):
-        seeking = one.controller("slope_seeking")
+    for scenario, delay in ((case, 0.01), (late, 0.03)):
+        seeking = scenario.controller("slope_seeking")
         assert isinstance(seeking, SlopeSeeking)
         assert seeking.delay == delay
     gains = [
-        one.controller("creep_pi").proportional_gain  # type: ignore[union-attr]
-        for one in (case, late)
+        scenario.controller("creep_pi").proportional_gain  # type: ignore[union-attr]
+        for scenario in (case, late)
     ]
     assert gains[1] < gains[0]
 

@@ -154,10 +154,10 @@ def test_agrees_with_radau_where_all_inputs_change(
         **inputs,
     )
     start = [run["omega"][0], 10.0, float(run["drive_torque"][0]) if creep else 0.0, 0.0]
-    found: Any = solve_ivp(
+    solution: Any = solve_ivp(
         motion, (0.0, end), start, method="Radau", rtol=1e-10, atol=1e-10, dense_output=True
     )
-    omega, speed, _, distance = found.sol(run.time)
+    omega, speed, _, distance = solution.sol(run.time)
     for name, values in (("omega", omega), ("speed", speed), ("distance", distance)):
         np.testing.assert_allclose(run[name], values, rtol=2e-7, atol=1e-8)
 

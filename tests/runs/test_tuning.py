@@ -31,19 +31,19 @@ def patch() -> cl.Scenario:
 def test_a_search_mends_a_controller_that_somebody_has_spoilt(patch: cl.Scenario) -> None:
     spoilt = ControllerDesign("threshold", {"ramp_time": 8.0, "reapply_fraction": 0.4})
     scenario = replace(patch, controllers={"spoilt": spoilt})
-    found = cl.tune([scenario], "spoilt", trials=120, seeds=2)
-    assert found.trials == 120
-    assert found.tuned.shape == (1, 2, 10)
-    assert found.tuned.mean() > found.designed.mean() + 0.05
-    assert all(1.0 / WIDEST <= factor <= WIDEST for factor in found.factors.values())
+    tuning = cl.tune([scenario], "spoilt", trials=120, seeds=2)
+    assert tuning.trials == 120
+    assert tuning.tuned.shape == (1, 2, 10)
+    assert tuning.tuned.mean() > tuning.designed.mean() + 0.05
+    assert all(1.0 / WIDEST <= factor <= WIDEST for factor in tuning.factors.values())
     # The outcomes are those of the controller found, with noise that the search has not seen.
     again = cl.run_many(
-        [replace(patch, controllers={"found": found.controllers[0]})] * 10,
+        [replace(patch, controllers={"found": tuning.controllers[0]})] * 10,
         "found",
         [LIMITED],
         index=range(UNSEEN, UNSEEN + 10),
     )
-    assert np.array_equal(again[LIMITED], found.tuned[0, 0])
+    assert np.array_equal(again[LIMITED], tuning.tuned[0, 0])
 
 
 @pytest.mark.slow
@@ -66,13 +66,15 @@ def test_settings_are_read_from_a_file_as_they_were_found(
     file = Path(cl.files.model_path("dry_wet_dry.toml"))
     text = file.read_text().split("[controllers")[0]
     for name in ("threshold", "creep_pi", "slope_seeking"):
-        found = cl.tune([replace(patch, duration=4.0)], name, trials=60, seeds=1)
+        tuning = cl.tune([replace(patch, duration=4.0)], name, trials=60, seeds=1)
         path = tmp_path / f"{name}.toml"
-        path.write_text(text + found.section(name, patch.controllers[name]))
+        path.write_text(text + tuning.section(name, patch.controllers[name]))
         read = cl.load_scenario(path).controller(name)
-        keys = [*found.factors, *(["reference_torque"] if name == "creep_pi" else [])]
+        keys = [*tuning.factors, *(["reference_torque"] if name == "creep_pi" else [])]
         for key in keys:
-            assert getattr(read, key) == pytest.approx(getattr(found.controllers[0], key), rel=5e-4)
+            assert getattr(read, key) == pytest.approx(
+                getattr(tuning.controllers[0], key), rel=5e-4
+            )
 
 
 class Held(SlipPI):
@@ -105,18 +107,18 @@ def test_a_controller_of_your_own_is_searched_as_it_declares(
 ) -> None:
     short = replace(patch, duration=2.0, controllers={"mine": control})
     other = replace(short, initial_speed=8.0)
-    found = cl.tune([short, other], "mine", trials=60)
+    tuning = cl.tune([short, other], "mine", trials=60)
     low, high = control.search_ranges[name]
-    value = getattr(found.controllers[0], name)
+    value = getattr(tuning.controllers[0], name)
     assert low <= value <= high
-    assert value == pytest.approx(found.factors[name] * getattr(control, name))
+    assert value == pytest.approx(tuning.factors[name] * getattr(control, name))
     assert value > 2.0 * getattr(control, name)
-    assert (found.tuned > found.designed + 0.1).all()
-    section = found.section("mine", control)
+    assert (tuning.tuned > tuning.designed + 0.1).all()
+    section = tuning.section("mine", control)
     assert section.startswith(f"# mine is a controller of your own: {type(control).__name__}(")
     assert f"{name}={value:.4g}" in section
     with pytest.raises(ValueError, match="must be what the scenario has as mine"):
-        found.section("mine", "threshold")
+        tuning.section("mine", "threshold")
 
 
 def test_scenarios_of_one_name_are_refused(patch: cl.Scenario) -> None:
@@ -135,13 +137,13 @@ def test_what_cannot_be_searched_reports_it(patch: cl.Scenario) -> None:
 
 def test_an_error_of_the_sensors_is_that_of_a_scenario_with_it(patch: cl.Scenario) -> None:
     control = patch.controller("threshold")
-    found = cl.runs.sensor_errors([patch], {"threshold": [control]}, noises=2)
-    assert found.dims == ("scenario", "controller", "error", "noise")
+    errors = cl.runs.sensor_errors([patch], {"threshold": [control]}, noises=2)
+    assert errors.dims == ("scenario", "controller", "error", "noise")
     biased = replace(patch, sensors=replace(patch.sensors, vehicle_speed_bias=-0.02))
     index = range(UNSEEN, UNSEEN + 2)
     for case, error in ((patch, "as in the file"), (biased, "vehicle speed -2 %")):
-        alone = cl.run_many([case] * 2, control, [LIMITED], index=index)[LIMITED]
-        assert np.array_equal(found.sel(error=error).values[0, 0], alone)
+        expected = cl.run_many([case] * 2, control, [LIMITED], index=index)[LIMITED]
+        assert np.array_equal(errors.sel(error=error).values[0, 0], expected)
     silent = erring(patch.sensors, control.sample_time)["noise x 0"]
     assert silent.wheel_speed_noise == silent.vehicle_speed_noise == 0.0
     assert erring(patch.sensors, 0.01)["delay + 20 ms"].delay == pytest.approx(0.03)

@@ -32,8 +32,8 @@ def test_paths_reach_every_section(tmp_path: Path) -> None:
 
 def test_one_axis_sets_several_parameters(tmp_path: Path) -> None:
     patch = 'parameter = ["track.friction[1]", "track.friction[2]"]\nvalues = [0.4]'
-    (found,) = axis_values(tmp_path, patch)
-    assert found.track.friction_left.value == (1.0, 0.4, 0.4, 1.0)
+    (scenario,) = axis_values(tmp_path, patch)
+    assert scenario.track.friction_left.value == (1.0, 0.4, 0.4, 1.0)
 
 
 def test_a_factor_multiplies_what_the_file_has(tmp_path: Path) -> None:
@@ -54,8 +54,8 @@ def test_controllers_do_not_know_what_varies_unless_redesigned(tmp_path: Path) -
     once = scenarios_of(cl.load_sweep(write_sweep(tmp_path, HEAD + axis)))
     anew = scenarios_of(cl.load_sweep(write_sweep(tmp_path, "redesign = true\n" + HEAD + axis)))
     (a, b), (c, d) = (
-        [s.controller("creep_pi").proportional_gain for s in found]  # type: ignore[union-attr]
-        for found in (once, anew)
+        [s.controller("creep_pi").proportional_gain for s in scenarios]  # type: ignore[union-attr]
+        for scenarios in (once, anew)
     )
     assert a == b == d
     assert c != d

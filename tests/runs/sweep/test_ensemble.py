@@ -37,17 +37,17 @@ def test_every_run_can_be_made_once_more(tmp_path: Path, kind: str, noise: str) 
     text = f'noise = "{noise}"\n{text}' if noise else text
     if kind != "grid":
         text = text.partition("[axes")[0] + RANDOM.format(kind, 6, 2) + AXES
-    sweep, own = cl.load_sweep(write_sweep(tmp_path, text)), SlipPI()
-    own_too: dict[str, Any] = {"controllers": {"mine": own}, "metrics": {"largest": largest_slip}}
-    found = cl.ensemble(sweep, chunk=4, **own_too)
+    sweep, mine = cl.load_sweep(write_sweep(tmp_path, text)), SlipPI()
+    added: dict[str, Any] = {"controllers": {"mine": mine}, "metrics": {"largest": largest_slip}}
+    results = cl.ensemble(sweep, chunk=4, **added)
     common = noise == "common" or (not noise and kind == "grid")
-    for name, control in (("creep_pi", "creep_pi"), ("open_loop", "open_loop"), ("mine", own)):
+    for name, control in (("creep_pi", "creep_pi"), ("open_loop", "open_loop"), ("mine", mine)):
         for j in range(sweep.runs):
             assert sweep.plan.index_of(j) == (0 if common else j)
             scenario, given = sweep.scenario_of(j), {"step": 0.01, "tolerance": DEFAULT_TOLERANCE}
             run = cl.run_scenario(scenario, control, index=0 if common else j, **given)  # type: ignore[arg-type]
             again = cl.metrics(run, scenario.drivetrain)
-            here = found.sel(controller=name)
+            here = results.sel(controller=name)
             assert here["largest"].values.flat[j] == largest_slip(run)
             for outcome in sweep.plan.outcomes:
                 assert here[outcome].values.flat[j] == getattr(again, outcome), (name, j, outcome)
@@ -57,10 +57,10 @@ def test_a_run_that_fails_is_nan_and_reports_it(tmp_path: Path) -> None:
     axis = 'factor_on = "demand.torque"\nvalues = [1.0, 3.0]'  # the first demand is too much
     scenario = SCENARIO.replace('"10 kN.m", "23 kN.m"', '"20 kN.m", "23 kN.m"')
     path = one_axis(tmp_path, axis, scenario)
-    found = cl.ensemble(path)
-    assert found["failed"].values.tolist() == [[0, 1], [0, 1]]
-    assert np.isnan(found["slip_work"].values).tolist() == [[False, True], [False, True]]
-    assert np.isfinite(found["critical_torque"].values).all()
+    results = cl.ensemble(path)
+    assert results["failed"].values.tolist() == [[0, 1], [0, 1]]
+    assert np.isnan(results["slip_work"].values).tolist() == [[False, True], [False, True]]
+    assert np.isfinite(results["critical_torque"].values).all()
     result = done("sweep", path, "-o", tmp_path / "out", "--no-maps")
     assert re.search(r"^failed +1 +1 +1$", result.output, re.MULTILINE)
     assert "run 1 (x = 3) under creep_pi: " in result.output
@@ -69,9 +69,9 @@ def test_a_run_that_fails_is_nan_and_reports_it(tmp_path: Path) -> None:
 def test_parameters_that_do_not_go_together_fail_where_they_meet(tmp_path: Path) -> None:
     # Found only inside: both ends of the axis are valid, the middle is not a whole number.
     axis = 'parameter = "sensors.seed"\nvalues = [1.0, 1.5, 2.0]'
-    found = cl.ensemble(one_axis(tmp_path, axis))
-    assert found["failed"].values.tolist() == [[0, 1, 0], [0, 1, 0]]
-    assert np.isnan(found["critical_torque"].values).tolist() == [False, True, False]
+    results = cl.ensemble(one_axis(tmp_path, axis))
+    assert results["failed"].values.tolist() == [[0, 1, 0], [0, 1, 0]]
+    assert np.isnan(results["critical_torque"].values).tolist() == [False, True, False]
 
 
 def test_a_sweep_of_which_nothing_came_is_an_error(tmp_path: Path) -> None:
@@ -85,49 +85,49 @@ def test_a_sweep_of_which_nothing_came_is_an_error(tmp_path: Path) -> None:
 
 
 def test_report_is_one_table_with_true_medians(tmp_path: Path) -> None:
-    found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path)))
-    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, math.inf, math.nan]]
-    found["failed"].values[1, 0] = 1
-    found["clearing_time"].values[:] = math.nan
-    lines = sweeps.report(sweep, found)
+    results = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path)))
+    results["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, math.inf, math.nan]]
+    results["failed"].values[1, 0] = 1
+    results["clearing_time"].values[:] = math.nan
+    lines = sweeps.report(sweep, results)
     table = [re.split(r" {2,}", line.strip()) for line in lines[-5:]]
     assert table[0] == ["outcome", "unit", "creep_pi", "open_loop", "wheelset"]
     assert table[1][:3] == ["slip work", "J", "4 (1, inf), 1 inf, 1 nan"]
-    critical = found["critical_torque"].values
+    critical = results["critical_torque"].values
     middle, low, high = (f"{f(critical):.4g}" for f in (np.median, np.min, np.max))
     assert table[2] == ["critical torque", "N.m", f"{middle} ({low}, {high})"]
     assert table[3] == ["clearing time", "s", "-"]
     assert table[4] == ["failed", "1", "0", "3"]
-    found["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, 16.0, 32.0]]
-    assert "6 (1, 32)" in sweeps.report(sweep, found)[-4]  # between the two in the middle
+    results["slip_work"].values[0] = [[1.0, 2.0, 4.0], [8.0, 16.0, 32.0]]
+    assert "6 (1, 32)" in sweeps.report(sweep, results)[-4]  # between the two in the middle
 
 
 def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> None:
     import xarray
 
     path = write_sweep(tmp_path)
-    found = cl.ensemble(path, output=tmp_path / "out")
-    assert found["slip_work"].dims == ("controller", "patch", "inertia")
-    assert found["critical_torque"].dims == ("patch", "inertia")
-    assert found["controller"].values.tolist() == ["creep_pi", "open_loop"]
+    results = cl.ensemble(path, output=tmp_path / "out")
+    assert results["slip_work"].dims == ("controller", "patch", "inertia")
+    assert results["critical_torque"].dims == ("patch", "inertia")
+    assert results["controller"].values.tolist() == ["creep_pi", "open_loop"]
     for name in ("slip_work", "critical_torque", "clearing_time"):
-        assert found[name].attrs["units"] == SWEEP_OUTCOMES[name].unit
-        assert found[name].attrs["long_name"] == SWEEP_OUTCOMES[name].description
-    assert found["inertia"].attrs == {"units": "kg.m2", "long_name": "vehicle.wheelset.inertia"}
-    assert found["patch"].attrs["units"] == "1"
-    assert found.attrs["sweep_file"] == path.read_text()
-    assert "seed" not in found.attrs
-    settings_of_runs = {key: found.attrs[key] for key in ("step", "tolerance", "redesign")}
+        assert results[name].attrs["units"] == SWEEP_OUTCOMES[name].unit
+        assert results[name].attrs["long_name"] == SWEEP_OUTCOMES[name].description
+    assert results["inertia"].attrs == {"units": "kg.m2", "long_name": "vehicle.wheelset.inertia"}
+    assert results["patch"].attrs["units"] == "1"
+    assert results.attrs["sweep_file"] == path.read_text()
+    assert "seed" not in results.attrs
+    settings_of_runs = {key: results.attrs[key] for key in ("step", "tolerance", "redesign")}
     assert settings_of_runs == {
         "step": "default",
         "tolerance": DEFAULT_TOLERANCE,
         "redesign": "false",
     }
-    assert json.loads(found.attrs["scenario"]) == tomllib.loads(SCENARIO)
-    assert json.loads(found.attrs["vehicle"])["wheelset"]["inertia"] == 130.0
+    assert json.loads(results.attrs["scenario"]) == tomllib.loads(SCENARIO)
+    assert json.loads(results.attrs["vehicle"])["wheelset"]["inertia"] == 130.0
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["quick_sweep.nc"]
     with xarray.open_dataset(tmp_path / "out" / "quick_sweep.nc") as read:
-        xarray.testing.assert_identical(read.load(), found)
+        xarray.testing.assert_identical(read.load(), results)
     with netcdf_file(tmp_path / "out" / "quick_sweep.nc", mmap=False) as plain:
         assert vars(plain.variables["slip_work"])["units"] == b"J"
         assert plain.variables["slip_work"].shape == (2, 2, 3)
@@ -158,13 +158,13 @@ def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> Non
         "half": lambda result: np.float32(0.5) if result.time.size else None,
         "slipped": lambda result: result["creepage"].max() > 1e-3,
     }
-    found = cl.ensemble(path, controllers=same, metrics=metrics, chunk=5)
-    assert (found["half"] == 0.5).all()
-    assert (found["slipped"] == 1.0).all()
-    assert found.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
-    assert found["largest"].dims == found["slip_work"].dims
-    assert found["largest"].attrs == {"units": "m/s", "long_name": "Largest slip speed"}
-    work, without = found["slip_work"], cl.ensemble(path, workers=1)["slip_work"]
+    results = cl.ensemble(path, controllers=same, metrics=metrics, chunk=5)
+    assert (results["half"] == 0.5).all()
+    assert (results["slipped"] == 1.0).all()
+    assert results.controller.values.tolist() == ["creep_pi", "open_loop", "mine"]
+    assert results["largest"].dims == results["slip_work"].dims
+    assert results["largest"].attrs == {"units": "m/s", "long_name": "Largest slip speed"}
+    work, without = results["slip_work"], cl.ensemble(path, workers=1)["slip_work"]
     assert (work.sel(controller="creep_pi") == work.sel(controller="mine")).all()
     shipped = {"controller": "open_loop"}
     assert (work.sel(shipped) == without.sel(shipped)).all()
@@ -173,21 +173,24 @@ def test_own_controllers_and_metrics_stand_beside_the_shipped(path: Path) -> Non
 def test_rows_are_equally_far_apart_under_all_controllers(path: Path) -> None:
     fast = sampled_each(0.0025)
     spacing = {"spacing": lambda result: np.diff(result.time).mean()}
-    found = cl.ensemble(path, controllers={"fast": fast, "mine": SlipPI()}, metrics=spacing)
-    assert np.ptp(found["spacing"].values) < 1e-12
-    assert found["spacing"].values.flat[0] == pytest.approx(0.0025)
+    results = cl.ensemble(path, controllers={"fast": fast, "mine": SlipPI()}, metrics=spacing)
+    assert np.ptp(results["spacing"].values) < 1e-12
+    assert results["spacing"].values.flat[0] == pytest.approx(0.0025)
     sweep = cl.load_sweep(path)
     assert sweep.plan.step_of(sweep.scenario_of(0)) == 0.01
 
 
 @pytest.mark.slow
 def test_own_controllers_go_to_processes_and_results_to_a_file(path: Path, tmp_path: Path) -> None:
-    own: dict[str, Any] = {"controllers": {"mine": SlipPI()}, "metrics": {"largest": largest_slip}}
+    added: dict[str, Any] = {
+        "controllers": {"mine": SlipPI()},
+        "metrics": {"largest": largest_slip},
+    }
     with sweeps.process_workers(2) as pool:
-        found = cl.ensemble(path, executor=pool, chunk=2, output=tmp_path, **own)
-    assert found.identical(cl.ensemble(path, workers=1, **own))
-    again = cl.ensemble(path, output=tmp_path, **own)  # as read from the file
-    assert again.identical(found)
+        results = cl.ensemble(path, executor=pool, chunk=2, output=tmp_path, **added)
+    assert results.identical(cl.ensemble(path, workers=1, **added))
+    again = cl.ensemble(path, output=tmp_path, **added)  # as read from the file
+    assert again.identical(results)
 
 
 @pytest.mark.slow
@@ -229,21 +232,21 @@ def test_a_script_that_starts_processes_without_a_guard_is_reported(
 
 def test_samples_are_along_one_dimension_and_can_be_cut_short(tmp_path: Path) -> None:
     text = HEAD + RANDOM.format("latin_hypercube", 6, 2) + AXES
-    found = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path, text)), workers=1)
-    assert found.attrs["seed"] == 2
-    assert found["slip_work"].dims == ("controller", "run")
-    assert found["x"].dims == ("run",)
-    assert found["x"].values.tolist() == sweep.values[:, 0].tolist()
+    results = cl.ensemble(sweep := cl.load_sweep(write_sweep(tmp_path, text)), workers=1)
+    assert results.attrs["seed"] == 2
+    assert results["slip_work"].dims == ("controller", "run")
+    assert results["x"].dims == ("run",)
+    assert results["x"].values.tolist() == sweep.values[:, 0].tolist()
     short = dataclasses.replace(sweep, values=sweep.values[:2])
-    assert cl.ensemble(short, workers=1).equals(found.isel(run=[0, 1]))
+    assert cl.ensemble(short, workers=1).equals(results.isel(run=[0, 1]))
 
 
 def test_metrics_alone_need_no_outcome_of_runs(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, ANALYSED)
-    found = cl.ensemble(path, controllers={"mine": SlipPI()}, metrics={"largest": largest_slip})
-    assert found["largest"].dims[0] == "controller"
-    assert found["critical_torque"].dims == ("patch", "inertia")
-    assert (found["largest"] > 0.0).all()
+    results = cl.ensemble(path, controllers={"mine": SlipPI()}, metrics={"largest": largest_slip})
+    assert results["largest"].dims[0] == "controller"
+    assert results["critical_torque"].dims == ("patch", "inertia")
+    assert (results["largest"] > 0.0).all()
     with pytest.raises(ValueError, match="no controller runs"):
         cl.ensemble(path, controllers={"mine": SlipPI()})
     with pytest.raises(ValueError, match="metrics: no controller runs in this sweep"):
@@ -301,8 +304,8 @@ def test_a_controller_in_the_scenario_of_a_sweep_is_not_ignored(path: Path) -> N
 @pytest.mark.slow
 def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_path: Path) -> None:
     def start(slip: float, **given: Any) -> Any:
-        own = {"mine": SlipPI(slip)}
-        return cl.ensemble(path, output=tmp_path, workers=1, controllers=own, **given)
+        controllers = {"mine": SlipPI(slip)}
+        return cl.ensemble(path, output=tmp_path, workers=1, controllers=controllers, **given)
 
     start(0.3)
     others: list[tuple[float, dict[str, Any], str]] = [
@@ -321,8 +324,8 @@ def test_a_sweep_goes_on_with_the_same_controller_and_no_other(path: Path, tmp_p
 
 
 def digest(path: Path, controller: Any, **given: Any) -> str:
-    found = with_own(cl.load_sweep(path), {"mine": controller}, {}, **given)
-    return found.plan.digest(found.values)
+    sweep = with_own(cl.load_sweep(path), {"mine": controller}, {}, **given)
+    return sweep.plan.digest(sweep.values)
 
 
 @pytest.mark.slow

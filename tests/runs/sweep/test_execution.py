@@ -219,8 +219,8 @@ def test_the_results_of_another_sweep_are_not_replaced(path: Path, tmp_path: Pat
 
     with pytest.raises(ValueError, match="is of another plan: not the same: axis inertia"):
         cl.ensemble(path, output=tmp_path, progress=restart_another)
-    found = cl.ensemble(other, output=tmp_path)
-    assert found["inertia"].values[-1] == 302.0
+    results = cl.ensemble(other, output=tmp_path)
+    assert results["inertia"].values[-1] == 302.0
 
 
 @pytest.mark.parametrize("chunk", [2, 5])
@@ -258,8 +258,8 @@ def test_another_plan_is_refused(tmp_path: Path, finished: bool) -> None:
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert "not the same: axis inertia; discard it with --restart" in result.stderr
     assert "was done before" not in result.stdout
-    found = cl.ensemble(mine, output=folder, restart=True)
-    assert found["inertia"].values[-1] == 301.0
+    results = cl.ensemble(mine, output=folder, restart=True)
+    assert results["inertia"].values[-1] == 301.0
 
 
 @pytest.mark.parametrize("harm", ["text", "empty", "cut", "head"])
@@ -276,8 +276,8 @@ def test_results_that_are_no_netcdf_file_are_reported_in_a_line(
 
 def test_any_change_of_what_is_run_is_another_plan(tmp_path: Path) -> None:
     def digest(sweep: str = SWEEP, scenario: str = SCENARIO) -> str:
-        found = cl.load_sweep(write_sweep(tmp_path, sweep, scenario))
-        return found.plan.digest(found.values)
+        loaded = cl.load_sweep(write_sweep(tmp_path, sweep, scenario))
+        return loaded.plan.digest(loaded.values)
 
     changed = [
         (SWEEP.replace("300.0", "301.0"), SCENARIO),
@@ -461,10 +461,10 @@ def test_a_worker_without_a_user_s_module_is_one_sentence(
     (tmp_path / "known_here_only.py").write_text(OWN)
     with monkeypatch.context() as only_here:
         only_here.syspath_prepend(tmp_path)
-        own = {"mine": importlib.import_module("known_here_only").Mine()}
+        controllers = {"mine": importlib.import_module("known_here_only").Mine()}
     executor = Elsewhere("known_here_only")
     with pytest.raises(RuntimeError) as raised:
-        cl.ensemble(path, controllers=own, executor=executor, workers=1)
+        cl.ensemble(path, controllers=controllers, executor=executor, workers=1)
     assert str(raised.value).startswith(
         "a worker cannot load your controllers or metrics: No module named 'known_here_only'; "
         "install their module where the workers are, or send it with distributed.Client"
@@ -496,7 +496,7 @@ def test_processes_import_an_own_controller_s_file(
     given = ["sweep", str(path), "--no-maps", "--controller", "file_of_mine.py:Mine"]
     done(*given, "-o", "threads")
     done(*given, "-o", "processes", "--processes", "--workers", "2")
-    threads, processes = (Path(f"{one}/{path.stem}.nc") for one in ("threads", "processes"))
+    threads, processes = (Path(f"{folder}/{path.stem}.nc") for folder in ("threads", "processes"))
     assert threads.read_bytes() == processes.read_bytes()
     (tmp_path / "file_of_mine.py").write_text(OWN.replace("Mine", "open_loop"))
     error = refused(*given[:-1], "file_of_mine.py:open_loop")
@@ -545,7 +545,7 @@ def test_a_cluster_gets_the_file_of_an_own_controller(
     _, err = run.communicate(timeout=120)
     assert (run.returncode, err) == (0, "")
     done(*given, "-o", "here")
-    here, there = (Path(f"{one}/{path.stem}.nc") for one in ("here", "cluster"))
+    here, there = (Path(f"{folder}/{path.stem}.nc") for folder in ("here", "cluster"))
     assert here.read_bytes() == there.read_bytes()
 
 

@@ -22,8 +22,8 @@ def test_a_sweep_of_analysis_alone_runs_nothing_and_else_all_controllers(tmp_pat
     named = 'controllers = ["creep_pi", "open_loop"]\n'
     everyone = cl.load_sweep(write_sweep(tmp_path, SWEEP.replace(named, "")))
     assert set(everyone.plan.controllers) == {"open_loop", "threshold", "creep_pi"}
-    alone = SWEEP.replace(named, "").replace('"slip_work", ', "")
-    assert cl.load_sweep(write_sweep(tmp_path, alone)).simulated_time == 0.0
+    of_analysis = SWEEP.replace(named, "").replace('"slip_work", ', "")
+    assert cl.load_sweep(write_sweep(tmp_path, of_analysis)).simulated_time == 0.0
 
 
 @pytest.mark.parametrize(

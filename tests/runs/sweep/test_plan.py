@@ -59,14 +59,14 @@ def built_anew(sweep: Sweep, run: int) -> cl.Scenario:
     return build_scenario(parts[""], wheelset, parts["controllers"])
 
 
-def structure(one: Any) -> Any:
+def structure(part: Any) -> Any:
     """All fields, to the last bit."""
-    if dataclasses.is_dataclass(one) and not isinstance(one, type):
-        names = [field.name for field in dataclasses.fields(one)]
-        return type(one), [(name, structure(getattr(one, name))) for name in names]
-    if isinstance(one, Mapping):
-        return [(key, structure(value)) for key, value in one.items()]
-    return one.data if isinstance(one, cl.CreepForceTable) else repr(one)
+    if dataclasses.is_dataclass(part) and not isinstance(part, type):
+        names = [field.name for field in dataclasses.fields(part)]
+        return type(part), [(name, structure(getattr(part, name))) for name in names]
+    if isinstance(part, Mapping):
+        return [(key, structure(value)) for key, value in part.items()]
+    return part.data if isinstance(part, cl.CreepForceTable) else repr(part)
 
 
 PARAMETERS = (
@@ -99,15 +99,15 @@ def test_what_is_kept_from_run_to_run_is_what_would_be_built(tmp_path: Path, fir
 
 
 def test_runs_share_what_the_axes_leave_alone(tmp_path: Path) -> None:
-    one, other = axis_values(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.8, 0.9]')
-    assert one.demand != other.demand
+    first, other = axis_values(tmp_path, 'factor_on = "demand.torque"\nvalues = [0.8, 0.9]')
+    assert first.demand != other.demand
     for name in ("drivetrain", "track", "sensors"):
-        assert getattr(one, name) is getattr(other, name)
+        assert getattr(first, name) is getattr(other, name)
     inertia = 'parameter = "vehicle.wheelset.inertia"\nvalues = [200.0, 210.0]'
-    one, other = axis_values(tmp_path, inertia)
-    assert one.drivetrain.wheelset.inertia != other.drivetrain.wheelset.inertia
-    assert one.drivetrain.wheelset.element is other.drivetrain.wheelset.element
-    assert one.demand is other.demand
+    first, other = axis_values(tmp_path, inertia)
+    assert first.drivetrain.wheelset.inertia != other.drivetrain.wheelset.inertia
+    assert first.drivetrain.wheelset.element is other.drivetrain.wheelset.element
+    assert first.demand is other.demand
 
 
 def test_there_is_no_scenario_of_a_run_that_is_not_there(tmp_path: Path) -> None:

@@ -20,14 +20,14 @@ def test_a_chunk_is_that_which_was_saved_or_none(tmp_path: Path, harm: str) -> N
     store = ChunkStore(tmp_path / "x", DIGEST, 3)
     for first in (0, 4):
         store.save(first, FOUND + first)
-    one, two = ((tmp_path / "x" / f"{first}.chunk").read_bytes() for first in (0, 4))
+    saved, last = ((tmp_path / "x" / f"{first}.chunk").read_bytes() for first in (0, 4))
     harmed = {
-        "none": two,
-        "flip": two[:-9] + bytes([two[-9] ^ 1]) + two[-8:],
-        "cut": two[:-9],
+        "none": last,
+        "flip": last[:-9] + bytes([last[-9] ^ 1]) + last[-8:],
+        "cut": last[:-9],
         "empty": b"",
-        "swap": one,
-        "foreign": bytes(CHECKSUM) + two[CHECKSUM:],
+        "swap": saved,
+        "foreign": bytes(CHECKSUM) + last[CHECKSUM:],
     }
     (tmp_path / "x" / "4.chunk").write_bytes(harmed[harm])
     again = ChunkStore(tmp_path / "x", DIGEST, 3)
