@@ -36,12 +36,12 @@ def test_the_basin_ends_at_its_limits(
         torque = (
             sign * part * cl.find_fold(body, speed=V).drive_torque * (1.0 if sign > 0 else 0.97)
         )
-        found = cl.stability.basin(body, drive_torque=torque, speed=V)
-        border, other = found.highest, found.lowest
+        basin = cl.stability.basin(body, drive_torque=torque, speed=V)
+        border, other = basin.highest, basin.lowest
         if sign < 0.0:
             border, other = other, border
         assert math.isinf(other)
-        assert abs(border) > abs(found.creepage)
+        assert abs(border) > abs(basin.creepage)
         assert not slips_away(body, torque, (1.0 - 1e-3) * border)
         assert slips_away(body, torque, (1.0 + 1e-3) * border)
         line = cl.stability.separatrix(body, drive_torque=torque, speed=[V])
@@ -111,19 +111,19 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
     for i in range(120):
         train, speed, torque = plausible_vehicle(locomotive, i, held=0.0)
         body = train.wheelset
-        found = cl.stability.basin(body, drive_torque=torque, speed=speed)
+        basin = cl.stability.basin(body, drive_torque=torque, speed=speed)
         states = cl.steady_states(body, drive_torque=torque, speed=speed).creepage
         unstable = float(states[np.abs(states).argmin() + 1])
         at = body.conditions(speed=speed)
         if _ahead(body, torque, unstable, at) is not None:
             continue
         soon += 1  # the unstable branch ends soon: runs on either side decide
-        reach = found.creepage + REACH * (unstable - found.creepage)
+        reach = basin.creepage + REACH * (unstable - basin.creepage)
         sides = [(0.999, True), (1.001, False)]
-        border = found.highest
+        border = basin.highest
         if math.isinf(border):
             border, sides = reach, [(0.999, True)]
-        middle = 0.5 * (found.creepage + unstable)
+        middle = 0.5 * (basin.creepage + unstable)
         for part, comes_back in sides:
             run = torque_run(
                 body,
@@ -132,7 +132,7 @@ def test_every_plausible_vehicle_gets_an_answer(locomotive: cl.Model) -> None:
                 LONGEST / float(CreepCurve(body, at).pole(unstable)),
                 initial_speed=speed,
                 output_interval=None,
-                slip_away_creepage=found.creepage + AWAY * (unstable - found.creepage),
+                slip_away_creepage=basin.creepage + AWAY * (unstable - basin.creepage),
                 stop_at=["slip_away", "standstill"],
             )
             assert (run["creepage"].min() < middle) == comes_back

@@ -23,7 +23,7 @@ def test_a_slope_of_one_is_none_and_a_patch_is_the_wheelset_on_its_slope(
     given: dict[str, Any] = {"drive_torque": torque, "speed": V}
     plain = cl.clearing(body, friction_scale=0.5, **given)
     assert cl.clearing(body, friction_scale=0.5, slope=1.0, **given) == plain
-    found = cl.clearing(body, friction_scale=0.5, slope=0.29, **given)
+    sloped = cl.clearing(body, friction_scale=0.5, slope=0.29, **given)
     expected = cl.stability.slip_away_time(
         body.with_slope(0.29),
         friction_scale=0.5,
@@ -31,8 +31,8 @@ def test_a_slope_of_one_is_none_and_a_patch_is_the_wheelset_on_its_slope(
         end=plain.border.highest,
         **given,
     )
-    assert found.border == plain.border
-    assert found.time == pytest.approx(expected, rel=1e-12)
+    assert sloped.border == plain.border
+    assert sloped.time == pytest.approx(expected, rel=1e-12)
 
 
 def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, time: float) -> bool:
@@ -47,9 +47,9 @@ def survives(body: cl.Wheelset, torque: float, scale: float, creepage: float, ti
 def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -> None:
     body = replace(locomotive.wheelset, mass=mass)
     torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
-    found = cl.clearing(body, drive_torque=torque, speed=V, friction_scale=scale)
-    start = found.border.creepage
-    low, high = 0.5 * found.time, 2.0 * found.time
+    clearing = cl.clearing(body, drive_torque=torque, speed=V, friction_scale=scale)
+    start = clearing.border.creepage
+    low, high = 0.5 * clearing.time, 2.0 * clearing.time
     assert survives(body, torque, scale, start, low)
     assert not survives(body, torque, scale, start, high)
     while high > 1.001 * low:
@@ -58,15 +58,17 @@ def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -
             low = middle
         else:
             high = middle
-    assert found.time == pytest.approx(math.sqrt(low * high), rel=0.002)
-    assert found.distance == pytest.approx(V * found.time, rel=1e-12 if mass is None else 0.02)
+    assert clearing.time == pytest.approx(math.sqrt(low * high), rel=0.002)
+    assert clearing.distance == pytest.approx(
+        V * clearing.time, rel=1e-12 if mass is None else 0.02
+    )
     given: dict[str, Any] = {"drive_torque": torque, "speed": V, "friction_scale": scale}
     # With the speed frozen, the integral alone is near for anything that pulls a train.
-    frozen = cl.stability.slip_away_time(body, start=start, end=found.border.highest, **given)
+    frozen = cl.stability.slip_away_time(body, start=start, end=clearing.border.highest, **given)
     if mass is None:
-        assert frozen == found.time
+        assert frozen == clearing.time
     elif mass >= 22.5e3:
-        assert frozen == pytest.approx(found.time, rel=0.01)
+        assert frozen == pytest.approx(clearing.time, rel=0.01)
 
 
 def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> None:
@@ -74,9 +76,9 @@ def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> No
     held = cl.find_fold(body, speed=V, friction_scale=scale).drive_torque
     for part, held_there in ((0.999, True), (1.0 - 3e-7, True), (1.001, False)):
         given: dict[str, Any] = {"drive_torque": part * held, "speed": V, "friction_scale": scale}
-        found = cl.clearing(body, **given)
-        assert (found.time == math.inf) == held_there
-        assert (found.distance == math.inf) == held_there
+        clearing = cl.clearing(body, **given)
+        assert (clearing.time == math.inf) == held_there
+        assert (clearing.distance == math.inf) == held_there
     low = 0.99 * cl.find_fold(body, speed=V).return_torque  # comes back from anywhere
     assert cl.clearing(body, drive_torque=low, speed=V, friction_scale=0.2).time == math.inf
 

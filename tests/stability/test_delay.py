@@ -158,8 +158,8 @@ def test_whole_samples_of_delay_have_an_exact_limit(whole: int) -> None:
     step = 0.05 / whole
     limit = math.log1p(1.0 / whole) / step
     for part, held in ((0.999, True), (1.001, False)):
-        found = stability.controllability(part * limit, delay=0.05, sample_time=step)
-        assert (found.verdict != "impossible") == held
+        answer = stability.controllability(part * limit, delay=0.05, sample_time=step)
+        assert (answer.verdict != "impossible") == held
     pole = 0.4 * limit
     felt = stability.sampled_delay(delay=0.05, sample_time=step)
     sampled = stability.proportional_window(pole, delay=0.05, sample_time=step).highest
@@ -172,9 +172,9 @@ def test_whole_samples_of_delay_have_an_exact_limit(whole: int) -> None:
 def test_no_gain_holds_a_pole_that_outruns_the_samples(
     pole: float, times: dict[str, float]
 ) -> None:
-    found = stability.controllability(pole, sample_time=1.0, **times)
-    assert found.verdict == "impossible"
-    assert found.window == (pole, pole)
+    answer = stability.controllability(pole, sample_time=1.0, **times)
+    assert answer.verdict == "impossible"
+    assert answer.window == (pole, pole)
 
 
 def test_pulse_transfer_function_of_an_integrator() -> None:

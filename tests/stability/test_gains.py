@@ -79,14 +79,14 @@ def test_verdicts_are_those_of_the_window(
 def test_p_tau_counts_the_delay_and_half_a_sample() -> None:
     step = 0.95 / 1.5
     assert cl.controllability(1.0, delay=step, sample_time=step).p_tau == pytest.approx(0.95)
-    alone = cl.controllability(1.0, sample_time=2.0)
-    assert alone.p_tau == 1.0
-    assert not alone.window.empty  # and yet there is a gain
+    sampled = cl.controllability(1.0, sample_time=2.0)
+    assert sampled.p_tau == 1.0
+    assert not sampled.window.empty  # and yet there is a gain
 
 
 def test_verdict_names_its_numbers() -> None:
-    found = cl.controllability(70.0, gain=2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3)
-    assert found.window == stability.proportional_window(
+    answer = cl.controllability(70.0, gain=2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3)
+    assert answer.window == stability.proportional_window(
         70.0, 2e-4, delay=2e-3, lag=1e-3, sample_time=4e-3
     )
     for part in (
@@ -95,10 +95,10 @@ def test_verdict_names_its_numbers() -> None:
         "lag 1 ms",
         "sampling 4 ms",
         f"p tau {70.0 * 5e-3:.2f}",
-        f"{found.window.highest * 2e-4:.4g} 1/s",
+        f"{answer.window.highest * 2e-4:.4g} 1/s",
     ):
-        assert part in found.text
-    assert "\n" not in found.text
+        assert part in answer.text
+    assert "\n" not in answer.text
 
 
 @pytest.mark.parametrize(

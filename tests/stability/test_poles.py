@@ -86,7 +86,7 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
     wheelset = made_wheelset(**(body | {"mass": None} if held else body))
     creepage = x * wheelset.element.saturation_creepage
     point = wheelset.balanced(creepage=creepage, speed=speed)
-    found = stability.poles(wheelset, creepage, speed=speed)
+    poles = stability.poles(wheelset, creepage, speed=speed)
     for residual in (1.0, 0.4, 0.0):
         falls = with_falling(wheelset, residual, 0.6)
         matrix = falls.linearize(falls.balanced(creepage=creepage, speed=speed)).A
@@ -94,7 +94,7 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
         apart = np.subtract.outer(stability.poles(falls, creepage, speed=speed), of_matrix)
         assert (np.abs(apart).min(axis=-1) < 1e-9 * np.abs(of_matrix).max()).all()
     size = np.abs(point.eigenvalues).max()
-    np.testing.assert_allclose(found, point.eigenvalues, rtol=1e-9, atol=1e-12 * size)
+    np.testing.assert_allclose(poles, point.eigenvalues, rtol=1e-9, atol=1e-12 * size)
     fast = cl.stability.fast_pole(wheelset, creepage, speed=speed)
     about = stability.approximate_pole(
         radius=wheelset.radius,
@@ -112,15 +112,15 @@ def test_poles_are_the_eigenvalues_of_the_jacobian(
 
 def test_poles_broadcast(locomotive: cl.Model) -> None:
     creepage, speed = np.array([[0.005], [0.02], [0.03]]), np.array([2.0, 10.0, 40.0, 80.0])
-    found = cl.stability.fast_pole(locomotive.wheelset, creepage, speed=speed)
-    assert found.shape == (3, 4)
-    assert (found[0] < 0.0).all()
-    assert (found[1:] > 0.0).all()
-    one = cl.stability.fast_pole(locomotive.wheelset, 0.02, speed=40.0)
-    assert one.shape == ()
-    assert one == found[1, 2]
+    poles = cl.stability.fast_pole(locomotive.wheelset, creepage, speed=speed)
+    assert poles.shape == (3, 4)
+    assert (poles[0] < 0.0).all()
+    assert (poles[1:] > 0.0).all()
+    pole = cl.stability.fast_pole(locomotive.wheelset, 0.02, speed=40.0)
+    assert pole.shape == ()
+    assert pole == poles[1, 2]
     # Nearly inversely proportional to the speed
-    np.testing.assert_allclose(found[1] * speed, found[1, 0] * speed[0], rtol=0.03)
+    np.testing.assert_allclose(poles[1] * speed, poles[1, 0] * speed[0], rtol=0.03)
     with pytest.raises(ValueError, match="speed"):
         stability.poles(locomotive.wheelset, 0.01, speed=[1.0, 0.01])
 
@@ -281,10 +281,10 @@ def test_each_analysis_contains_memory_or_warns(rig: cl.Model) -> None:
     for name, arguments in STEADY_ONLY.items():
         function = getattr(stability, name)
         with pytest.warns(stability.SteadyRollingWarning, match=f"{name} .*p a/V = ") as caught:
-            found = function(body, **arguments)
+            analysed = function(body, **arguments)
         assert len(caught) == 1
         assert caught[0].filename == __file__
-        assert found == function(rig.wheelset, **arguments)
+        assert analysed == function(rig.wheelset, **arguments)
     point = body.balanced(creepage=0.024, speed=1.0)
     with pytest.warns(stability.SteadyRollingWarning):
         stability.creep_control_gain(body, point)
@@ -294,8 +294,8 @@ def test_reduced_frequency_is_the_rate_over_that_of_rolling_a_semi_width(
     locomotive: cl.Model,
 ) -> None:
     body, a = locomotive.wheelset, locomotive.wheelset.element.contact.semi_width
-    found = stability.reduced_frequency(body, [30.0, -60.0], speed=15.0)
-    assert found == pytest.approx([2.0 * a, 4.0 * a])
+    frequencies = stability.reduced_frequency(body, [30.0, -60.0], speed=15.0)
+    assert frequencies == pytest.approx([2.0 * a, 4.0 * a])
     heavy = 8.0 * body.element.normal_load  # whose ellipse is twice as long
     assert stability.reduced_frequency(body, 60.0, speed=15.0, normal_load=heavy) == (
         pytest.approx(8.0 * a)

@@ -86,12 +86,12 @@ def test_steady_states_begin_with_the_gripping_one(
         assert every.creepage[0] < -100.0
     assert (side * states.creepage > -1e-3).all()
     if part < 1.0:
-        found = cl.stability.basin(body, **given)
-        assert states.creepage[0] == found.creepage
+        basin = cl.stability.basin(body, **given)
+        assert states.creepage[0] == basin.creepage
         assert states.stable[0]
     if fold.return_torque < torque < fold.drive_torque:
         assert states.stable.tolist() == [True, False, True]
-        assert states.creepage[1] == pytest.approx(found.highest, rel=0.05)
+        assert states.creepage[1] == pytest.approx(basin.highest, rel=0.05)
     for name in ("drive_torque", "pole"):
         assert getattr(states, name).shape == states.creepage.shape
 

@@ -121,10 +121,10 @@ def test_slip_away_time_grows_without_end_towards_the_fold(rig: cl.Model, overlo
     # The squeeze past the peak goes as one over the root of the overload; the rest does not grow.
     fold = cl.find_fold(rig.wheelset, speed=V)
     given: dict[str, Any] = {"drive_torque": (1.0 + overload) * fold.drive_torque, "speed": V}
-    found = cl.stability.slip_away_time(rig.wheelset, start=0.0, end=1.0, **given)
+    time = cl.stability.slip_away_time(rig.wheelset, start=0.0, end=1.0, **given)
     estimate = stability.slip_away_estimate(rig.wheelset, end=1.0, **given)
     rounding = 4e-16 / overload * estimate  # of the torque
-    assert found == pytest.approx(estimate, rel=0.0, abs=0.3 + rounding)
+    assert time == pytest.approx(estimate, rel=0.0, abs=0.3 + rounding)
 
 
 def test_time_to_recover(rig: cl.Model) -> None:

@@ -92,7 +92,7 @@ def last_cycle_about_a_held_mean(
     """Amplitude [1], frequency [Hz] and k times twist [N.m] if the mean creepage does not move."""
     body, axle = drivetrain.wheelset, drivetrain.axle
     assert axle is not None
-    element, r, own, speed = body.element.native, body.radius, 0.5 * body.inertia, point.speed
+    element, r, inertia, speed = body.element.native, body.radius, 0.5 * body.inertia, point.speed
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         half = 0.5 * state[0]  # of (omega_left - omega_right)
@@ -101,14 +101,14 @@ def last_cycle_about_a_held_mean(
             for w in (half, -half)
         )
         drag = 0.5 * body.damping * half + 2.0 * axle.damping * half + axle.stiffness * state[1]
-        return [-2.0 * (0.25 * r * (ahead - behind) + drag) / own, state[0]]
+        return [-2.0 * (0.25 * r * (ahead - behind) + drag) / inertia, state[0]]
 
     def upward(_: float, state: np.ndarray) -> float:
         return float(state[1])
 
     upward.direction = 1.0  # type: ignore[attr-defined]
     period = 2.0 * math.pi / drivetrain.torsional_frequency
-    found: Any = solve_ivp(
+    solution: Any = solve_ivp(
         rates,
         (0.0, cycles * period),
         [2.0 * speed * kick / r, 0.0],
@@ -119,9 +119,9 @@ def last_cycle_about_a_held_mean(
         events=upward,
         dense_output=True,
     )
-    assert found.success
-    begin, end = found.t_events[0][-2:]
-    difference, twist = np.abs(found.sol(np.linspace(begin, end, 2001))).max(axis=1)
+    assert solution.success
+    begin, end = solution.t_events[0][-2:]
+    difference, twist = np.abs(solution.sol(np.linspace(begin, end, 2001))).max(axis=1)
     return 0.5 * r * difference / speed, 1.0 / (end - begin), axle.stiffness * twist
 
 
@@ -177,8 +177,8 @@ def test_threshold_is_where_a_small_vibration_neither_grows_nor_decays(
         sizes = amplitudes(drivetrain, point, [5e-5], 20, tolerance=1e-10)
         return math.log(sizes[-1, 0] / sizes[4, 0])
 
-    found = brentq(growth, 0.025, 0.045, xtol=2e-5)
-    slope = 0.5 * held.balanced(creepage=found, speed=SPEED).creep_force_slope
+    threshold = brentq(growth, 0.025, 0.045, xtol=2e-5)
+    slope = 0.5 * held.balanced(creepage=threshold, speed=SPEED).creep_force_slope
     assert slope == pytest.approx(torsion.torsional_threshold(drivetrain, speed=SPEED), rel=1e-2)
     # r^2 |Q1'|/(J_w V) = 2 D omega_t
     rate = held.radius**2 * -slope / (0.5 * held.inertia * SPEED)
@@ -242,9 +242,9 @@ def test_wheels_swing_with_the_amplitude_of_the_describing_function(
 
 def test_two_states_coexist_at_two_to_three_times_the_peak(held: cl.Wheelset) -> None:
     drivetrain = on_axle(held)
-    found = torsion.bistable_range(drivetrain, speed=SPEED)
-    assert found is not None
-    low, high = found
+    creepages = torsion.bistable_range(drivetrain, speed=SPEED)
+    assert creepages is not None
+    low, high = creepages
     peak = 0.015 * cl.CarterGriffith(k_hat=0.3).peak.normalized_creepage
     assert 1.9 < low / peak < 2.1
     assert 3.0 < high / peak < 3.3
@@ -357,8 +357,8 @@ def test_analyses_of_steady_rolling_warn_of_memory(locomotive: cl.Model) -> None
     steady = without_memory(drivetrain)
     point = drivetrain.wheelset.balanced(creepage=0.03, speed=SPEED)
     with pytest.warns(SteadyRollingWarning, match="torsional_jacobian"):
-        found = torsion.torsional_jacobian(drivetrain, point)
-    np.testing.assert_array_equal(found, torsion.torsional_jacobian(steady, point))
+        jacobian = torsion.torsional_jacobian(drivetrain, point)
+    np.testing.assert_array_equal(jacobian, torsion.torsional_jacobian(steady, point))
     with pytest.warns(SteadyRollingWarning, match="bistable_range"):
         ends = torsion.bistable_range(drivetrain, speed=SPEED)
     assert ends == torsion.bistable_range(steady, speed=SPEED)

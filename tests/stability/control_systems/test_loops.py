@@ -43,17 +43,17 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
     body = rig.wheelset
     point, pole, gain = falling(body)
     for f in (1.3, 2.0, 5.0):
-        found = control_systems.margins(
+        margins = control_systems.margins(
             control_systems.creep_loop(body, point, proportional_gain=f * gain)
         )
         crossover = pole * math.sqrt(f**2 - 1.0)
-        assert found.gain_lower == pytest.approx(1.0 / f, rel=1e-6)
-        assert found.gain_upper == math.inf
-        assert found.crossover == pytest.approx(crossover, rel=1e-6)
-        assert found.phase == pytest.approx(math.acos(1.0 / f), rel=1e-6)
-        assert found.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
+        assert margins.gain_lower == pytest.approx(1.0 / f, rel=1e-6)
+        assert margins.gain_upper == math.inf
+        assert margins.crossover == pytest.approx(crossover, rel=1e-6)
+        assert margins.phase == pytest.approx(math.acos(1.0 / f), rel=1e-6)
+        assert margins.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
         # |1 + L| is f - 1 at rest and rises or falls to 1.
-        assert found.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
+        assert margins.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["rig", "locomotive"])
@@ -69,16 +69,16 @@ def test_a_loop_is_stable_from_the_gain_of_creep_control(
         loop = control_systems.sampled_loop(
             body, point, sample_time=sample_time, proportional_gain=2.0 * bound
         )
-    found = control_systems.margins(loop)
-    assert 2.0 * found.gain_lower == pytest.approx(1.0, rel=1e-6)
+    margins = control_systems.margins(loop)
+    assert 2.0 * margins.gain_lower == pytest.approx(1.0, rel=1e-6)
     if sample_time is None:
-        assert found.gain_upper == math.inf
+        assert margins.gain_upper == math.inf
     elif body.speed_held:  # z = exp(p h) - (K/K0)(exp(p h) - 1) passes -1
         late = 1.0 + 2.0 / math.expm1(pole * sample_time)
-        assert 2.0 * found.gain_upper == pytest.approx(late, rel=1e-6)
+        assert 2.0 * margins.gain_upper == pytest.approx(late, rel=1e-6)
     growth = [
         control_systems.growth_rate(
-            control_systems.closed_loop(factor * found.gain_lower * loop).poles(), loop.dt
+            control_systems.closed_loop(factor * margins.gain_lower * loop).poles(), loop.dt
         )
         for factor in (0.3, 0.999, 1.001)
     ]
@@ -100,8 +100,8 @@ def test_nyquist_counts_on_both_sides_of_every_bound(
         ),
     ]
     for loop, bounds in zip(loops, (1, 2, 2), strict=True):
-        found = control_systems.margins(loop)
-        ends = [end for end in (found.gain_lower, found.gain_upper) if math.isfinite(end)]
+        margins = control_systems.margins(loop)
+        ends = [end for end in (margins.gain_lower, margins.gain_upper) if math.isfinite(end)]
         assert len(ends) == bounds
         for end in ends:
             sides = [factor * end * loop for factor in (0.98, 1.02)]
@@ -179,9 +179,9 @@ def brute_force(
 
 
 def assert_margins(loop: Any, exact: BruteForce) -> None:
-    found = control_systems.margins(loop)
+    margins = control_systems.margins(loop)
     for name in BruteForce._fields[1:]:
-        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=0.01), name
+        assert getattr(margins, name) == pytest.approx(getattr(exact, name), rel=0.01), name
 
 
 @pytest.mark.slow
@@ -241,12 +241,12 @@ def test_disk_margin_bounds_gain_and_phase(rig: cl.Model) -> None:
     body = rig.wheelset
     point, _, gain = falling(body)
     loop = control_systems.creep_loop(body, point, proportional_gain=1.8 * gain, delay=3e-3)
-    found = control_systems.margins(loop)
-    assert 1.0 / found.disk_gain > found.gain_lower * (1.0 - 1e-3)
-    assert found.disk_gain < found.gain_upper
-    assert found.disk_phase < found.phase
-    assert found.sensitivity_peak > 1.0
-    for factor in (0.99 * found.disk_gain, 1.01 / found.disk_gain):
+    margins = control_systems.margins(loop)
+    assert 1.0 / margins.disk_gain > margins.gain_lower * (1.0 - 1e-3)
+    assert margins.disk_gain < margins.gain_upper
+    assert margins.disk_phase < margins.phase
+    assert margins.sensitivity_peak > 1.0
+    for factor in (0.99 * margins.disk_gain, 1.01 / margins.disk_gain):
         assert unstable(factor * loop) == 0
 
 
@@ -282,8 +282,8 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
         integral_gain=ki,
         delay=wait * h,
     )
-    found = control_systems.margins(2.0 * bound * loop)
-    low, high = 2.0 * bound * found.gain_lower, 2.0 * bound * found.gain_upper
+    margins = control_systems.margins(2.0 * bound * loop)
+    low, high = 2.0 * bound * margins.gain_lower, 2.0 * bound * margins.gain_upper
 
     def growth(gain: float) -> float:
         omega, total, pending = point.omega * (1.0 + 1e-7), 0.0, [point.drive_torque] * wait
@@ -294,10 +294,10 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
             pending.append(point.drive_torque + gain * (error + total))
             torque = pending.pop(0)
             for _ in range(4):  # Heun's method within a sample
-                one, _ = body.rates(omega, SPEED, torque, point.normal_load, 1.0, 0.0)
-                ahead = omega + 0.25 * h * one.omega_rate
-                two, _ = body.rates(ahead, SPEED, torque, point.normal_load, 1.0, 0.0)
-                omega += 0.125 * h * (one.omega_rate + two.omega_rate)
+                before, _ = body.rates(omega, SPEED, torque, point.normal_load, 1.0, 0.0)
+                ahead = omega + 0.25 * h * before.omega_rate
+                after, _ = body.rates(ahead, SPEED, torque, point.normal_load, 1.0, 0.0)
+                omega += 0.125 * h * (before.omega_rate + after.omega_rate)
             sizes.append(abs(error))
         return max(sizes[-150:]) / max(sizes[150:300])
 

@@ -28,29 +28,29 @@ def test_its_linearisation_is_the_kernels(
 ) -> None:
     body = with_memory(request.getfixturevalue(name), memory).wheelset
     point = body.balanced(creepage=creepage, speed=SPEED)
-    system, ours = body.to_nlsys(speed=held_speed(body)), body.linearize(point)
+    system, exact = body.to_nlsys(speed=held_speed(body)), body.linearize(point)
     states = [point.omega] if body.speed_held else [point.omega, point.speed]
     if memory:
         held = steady_memory(body.element, omega=point.omega, speed=SPEED)
         # Below its kink in steady rolling the unslipped part does not matter.
         states += [held["held_traction"], held["unslipped"] - 1e-5]
     inputs = [point.drive_torque, point.normal_load, 1.0, point.resistance_force]
-    n = ours.nstates
-    theirs = control.linearize(system, states, inputs, eps=1e-7)
-    assert system.state_labels[:n] == ours.state_labels
-    assert system.output_labels == ours.output_labels
+    n = exact.nstates
+    numerical = control.linearize(system, states, inputs, eps=1e-7)
+    assert system.state_labels[:n] == exact.state_labels
+    assert system.output_labels == exact.output_labels
     assert system.input_labels == [
         "drive_torque",
         "normal_load",
         "friction_scale",
         "resistance_force",
     ]
-    np.testing.assert_allclose(theirs.A[:n, n:], 0.0, atol=1e-6)
-    scale = np.abs(ours.A).max(axis=1, keepdims=True)
-    difference = np.abs(theirs.A[:n, :n] - ours.A)
-    assert (difference < 1e-3 * np.abs(ours.A) + 1e-6 * scale).all()
-    np.testing.assert_allclose(theirs.B[:n, [0, 3]], ours.B, rtol=1e-5, atol=1e-9)
-    np.testing.assert_allclose(theirs.C[:, :n], ours.C, rtol=1e-3, atol=1e-8)
+    np.testing.assert_allclose(numerical.A[:n, n:], 0.0, atol=1e-6)
+    scale = np.abs(exact.A).max(axis=1, keepdims=True)
+    difference = np.abs(numerical.A[:n, :n] - exact.A)
+    assert (difference < 1e-3 * np.abs(exact.A) + 1e-6 * scale).all()
+    np.testing.assert_allclose(numerical.B[:n, [0, 3]], exact.B, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(numerical.C[:, :n], exact.C, rtol=1e-3, atol=1e-8)
     np.testing.assert_allclose(system.output(0.0, states, inputs)[2], creepage, rtol=1e-12)
 
 
@@ -89,7 +89,7 @@ def test_nonlinear_loop_runs_as_the_simulation_does(
     system = control_systems.creep_control_system(body, rule, speed=held_speed(body))
     start = [run["omega"][0], SPEED][: system.nstates - 1]
     time = np.union1d(np.linspace(0.0, 3.0, 301), np.nextafter(1.0, 0.0))  # a jump at 1 s
-    found = control.input_output_response(
+    response = control.input_output_response(
         system,
         time,
         [rule.reference(time), 220.65e3, wet(time), 0.0],
@@ -97,9 +97,9 @@ def test_nonlinear_loop_runs_as_the_simulation_does(
         solve_ivp_method="Radau",
         solve_ivp_kwargs={"rtol": 1e-8, "atol": 1e-8, "max_step": 0.01},
     )
-    for name_of, row in zip(system.output_labels, found.outputs, strict=True):
-        there = np.interp(found.time, run.time, run[name_of])
-        after = np.abs(found.time - 1.0) > 0.02  # straight lines between rows hide the jump
+    for name_of, row in zip(system.output_labels, response.outputs, strict=True):
+        there = np.interp(response.time, run.time, run[name_of])
+        after = np.abs(response.time - 1.0) > 0.02  # straight lines between rows hide the jump
         scale = np.abs(run[name_of]).max()
         np.testing.assert_allclose(row[after], there[after], atol=1e-5 * scale)
 
@@ -108,9 +108,9 @@ def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
     body = rig.wheelset
     fold = cl.find_fold(body, speed=SPEED)
     below, above = 0.99 * fold.drive_torque, 1.01 * fold.drive_torque
-    found = control_systems.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
-    assert found.drive_torque == pytest.approx(below, rel=1e-9)
-    assert found.stable
+    point = control_systems.operating_point(body, drive_torque=below, creepage=0.01, speed=SPEED)
+    assert point.drive_torque == pytest.approx(below, rel=1e-9)
+    assert point.stable
     beyond = control_systems.operating_point(body, drive_torque=below, creepage=0.022, speed=SPEED)
     assert not beyond.stable
     with pytest.raises(ValueError, match=rf"drive_torque = {above!r}.* fold is at 27313\.5 N\.m"):
@@ -119,8 +119,8 @@ def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
 
 def test_operating_point_of_a_free_wheelset_keeps_its_speed(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
-    found = control_systems.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
-    rates, _ = body.rates(found.omega, SPEED, 2e4, found.normal_load, 1.0, found.resistance_force)
+    point = control_systems.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
+    rates, _ = body.rates(point.omega, SPEED, 2e4, point.normal_load, 1.0, point.resistance_force)
     assert abs(rates.omega_rate) < 1e-6
     assert abs(rates.speed_rate) < 1e-9
 
@@ -134,15 +134,15 @@ def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
     inputs = [torque, there.normal_load, 1.0, 0.0]
 
     def reached(system: Any, states: Any, given: Any) -> bool:
-        found = control.find_operating_point(system, states, given, return_result=True)
-        gap = system.dynamics(0.0, found.states, given)
-        return bool(found.result.success and np.abs(gap).max() < 1e-6 and found.states[1] > 0.0)
+        search = control.find_operating_point(system, states, given, return_result=True)
+        gap = system.dynamics(0.0, search.states, given)
+        return bool(search.result.success and np.abs(gap).max() < 1e-6 and search.states[1] > 0.0)
 
     grid = [(a, v) for a in np.linspace(0.0, 1.0, 6) for v in np.linspace(20.0, 70.0, 6)]
-    ours = sum(reached(plane, [0.03 * a, v], []) for a, v in grid)
-    theirs = sum(reached(bare, [40.0 + 100.0 * a, v], inputs) for a, v in grid)
-    assert ours >= 20
-    assert theirs <= ours // 2
+    in_plane = sum(reached(plane, [0.03 * a, v], []) for a, v in grid)
+    in_states = sum(reached(bare, [40.0 + 100.0 * a, v], inputs) for a, v in grid)
+    assert in_plane >= 20
+    assert in_states <= in_plane // 2
     omega_rate, speed_rate = bare.dynamics(0.0, [81.0, 40.0], inputs)
     rates = plane.dynamics(0.0, [0.0125, 40.0], [])
     assert rates == pytest.approx([(0.5 * omega_rate - 1.0125 * speed_rate) / 40.0, speed_rate])
