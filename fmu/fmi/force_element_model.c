@@ -208,10 +208,11 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
     v->input.held_traction = task->input.held_traction;
     v->input.held_lateral = task->input.held_lateral;
     v->input.unslipped = task->input.unslipped;
-    int loaded = v->output.saturation_creepage > 0.0;
-    v->output.creep_force = loaded ? memory.force : 0.0;
-    set_by_force(&v->contact, &v->input, &v->output);
-    v->output.traction_coefficient = loaded ? memory.force / v->input.normal_load : 0.0;
+    if (!can_grip(&v->contact, &v->input)) return;
+    force_element_parameters there = force_element_at_load(&v->contact, load);
+    v->output.creep_force = memory.force;
+    v->output.traction_coefficient = memory.force / load;
+    set_by_force(&there, &v->input, &v->output);
 }
 
 static const char *step_slips(const creep_table *table, model_values *values, size_t n, double step,

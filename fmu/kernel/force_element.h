@@ -23,7 +23,7 @@ typedef struct {
     double slip_rate_decay;       /* B, w being the slip speed [s/m] */
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
-    double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line; for T */
+    double elliptic; /* 1 if the contact is an ellipse, 0 if a line; in an FMU 0 without heat */
     double relaxation_length; /* sigma of small creepages at nominal load [m]; 0 without memory */
     double lateral_relaxation_length; /* the same across rolling [m] */
     double standing_stiffness;        /* kappa of a contact with memory, see memory.h [1] */

@@ -266,8 +266,9 @@ ALWAYS_INLINE void add_layer(const force_element_parameters *p, force_state *at)
     at->place = softened_with_layer(p->softening, at->x, at->k_hat, at->scales.layer_ratio);
 }
 
-/* Outputs that follow from the creep force, be it the steady one, that of a contact with memory or
- * the mean of an implicit step. */
+/* Outputs that follow from the forces, be they the steady ones, those of a contact with memory or
+ * the mean creep force of an implicit step. There is load and friction, and parameters are those at
+ * the load. */
 ALWAYS_INLINE void set_by_force(const force_element_parameters *p, const force_element_input *in,
                                 force_element_output *out) {
     (void)in; /* for outputs that also depend on velocities or load */

@@ -120,6 +120,7 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
     out->lateral_force = s.scale[1] * s.law.force[1];
     out->spin_moment = s.scale[2] * direction_at(in, &s) * s.law.force[2];
+    set_by_force(p, in, out);
     double slower = -at->speed_slope * at->inverse_speed;
     out->force_by_speed +=
         s.scale[0] * (by[1] * s.creepage[1] * slower + by[2] * turn_with_speed(in, &s));
