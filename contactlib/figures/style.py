@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from contactlib.base.quantities import FloatArray, declared
+from contactlib.base.quantities import FloatArray, Parameters, declared
 from contactlib.element.force_element import ForceElement
 from contactlib.kernel import process_zone_limit
 from contactlib.laws.friction import EXPONENTIAL
@@ -50,6 +50,22 @@ LABELS = {  # of axes, by what stands there
     "speed": r"speed $V$  [m/s]",
     "gain": r"gain $K_p$  [kN m]",
     "stick boundary": "stick boundary $c/a$  [1]: full stick at -1, full slip at 1",
+}
+SHOWN = {  # parameters in captions: symbol, factor and unit, if not those of the declaration
+    "inertia": ("$J$", 1.0, "kg m$^2$"),
+    "mass": ("$M$", 1e-3, "t"),
+    "damping": ("$b$", 1.0, "N m s"),
+    "constant": ("$A$", 1.0, "N"),
+    "linear": ("$B$", 1.0, "N s/m"),
+    "quadratic": ("$C$", 1.0, "N s$^2$/m$^2$"),
+    "grade": ("grade", 100.0, "%"),
+    "lag": ("motor lag", 1e3, "ms"),
+    "power": ("power", 1e-3, "kW"),
+    "torque_rate": ("torque rate", 1e-3, "kN m/s"),
+    "trip_speed": ("trip at", 1.0, "m/s"),
+    "fill_time": ("brake fill", 1.0, "s"),
+    "vent_time": ("brake vent", 1.0, "s"),
+    "delay": ("brake delay", 1e3, "ms"),
 }
 DEFAULTS = declared(ForceElement)
 SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
@@ -392,25 +408,26 @@ def beyond_zone(element: ForceElement) -> str:
 def setting(wheelset: Wheelset, speed: float | None = None) -> str:
     """Parameters of a wheelset, for a caption: all that differ from their defaults."""
     parts = [*_contact_setting(wheelset.element), *_friction_setting(wheelset.element)]
-    resistance = wheelset.resistance
-    parts += [
-        f"$r$ {wheelset.radius:.3g} m",
-        f"$J$ {wheelset.inertia:.4g} kg m$^2$",
-        f"$b$ {wheelset.damping:.4g} N m s",
-    ]
-    if wheelset.mass is not None:
-        parts.append(f"$M$ {1e-3 * wheelset.mass:.4g} t")
-    davis = (("$A$", resistance.constant, "N"), ("$B$", resistance.linear, "N s/m"))
-    for name, value, unit in (*davis, ("$C$", resistance.quadratic, "N s$^2$/m$^2$")):
-        if value:
-            parts.append(f"{name} {value:.4g} {unit}")
-    if resistance.grade:
-        parts.append(f"grade {100.0 * resistance.grade:.3g} %")
+    parts.append(f"$r$ {wheelset.radius:.3g} m")
+    parts += [*_numbers_of(wheelset), *_numbers_of(wheelset.resistance)]
     if speed is not None:
         parts.append(f"$V$ {speed:.3g} m/s{' (held)' if wheelset.speed_held else ''}")
     elif wheelset.speed_held:
         parts.append("$V$ held")
     return _listed(parts)
+
+
+def _numbers_of(part: Parameters) -> list[str]:
+    """Declared numbers of a part that differ from their defaults."""
+    kind: Any = type(part)
+    texts = []
+    for name, key in declared(kind).items():
+        value = getattr(part, name)
+        if key.quantity is not None and value != key.default:
+            plain = (name.replace("_", " "), 1.0, key.quantity.unit.replace(".", " "))
+            symbol, factor, unit = SHOWN.get(name, plain)
+            texts.append(f"{symbol} {factor * value:.4g} {unit}")
+    return texts
 
 
 def _contact_setting(element: ForceElement) -> list[str]:
@@ -500,19 +517,9 @@ def _friction_setting(element: ForceElement) -> list[str]:
 
 def drivetrain_setting(drivetrain: Drivetrain) -> str:
     """Parameters of a drivetrain, for a caption."""
-    parts, motor = [], drivetrain.motor
-    if motor.lag > 0.0:
-        parts.append(f"motor lag {1e3 * motor.lag:.3g} ms")
-    if motor.power is not None:
-        parts.append(f"power {1e-3 * motor.power:.4g} kW")
-    if motor.torque_rate is not None:
-        parts.append(f"torque rate {1e-3 * motor.torque_rate:.3g} kN m/s")
-    if motor.trip_speed is not None:
-        parts.append(f"trip at {motor.trip_speed:.3g} m/s")
-    if (brake := drivetrain.brake) is not None:
-        parts.append(f"brake: delay {1e3 * brake.delay:.3g} ms")
-        parts.append(f"fill {brake.fill_time:.3g} s")
-        parts.append(f"vent {brake.vent_time:.3g} s")
+    parts = _numbers_of(drivetrain.motor)
+    if drivetrain.brake is not None:
+        parts += _numbers_of(drivetrain.brake)
     if drivetrain.axle is not None:
         hertz = drivetrain.torsional_frequency / (2.0 * math.pi)
         damping = 100.0 * drivetrain.torsional_damping_ratio

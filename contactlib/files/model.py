@@ -41,8 +41,7 @@ from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact
 from contactlib.laws.scales import slope_reduction_of
 from contactlib.table.creep_force_table import CreepForceTable
-from contactlib.vehicle.conditions import Resistance
-from contactlib.vehicle.wheelset import Wheelset, geared_inertia
+from contactlib.vehicle.wheelset import Resistance, Wheelset, geared_inertia
 
 Made = TypeVar("Made")
 EMPTY: dict[str, Any] = {}  # one object, so that a section no file has is read once

@@ -23,8 +23,7 @@ from contactlib.laws.traction_data import LARGEST, TractionData
 from contactlib.table.building import largest_k_hat
 from contactlib.table.creep_force_table import CreepForceTable
 from contactlib.table.law_tables import Shape, carter_griffith_table, cohesive_table
-from contactlib.vehicle.conditions import Resistance
-from contactlib.vehicle.wheelset import Wheelset, geared_inertia
+from contactlib.vehicle.wheelset import Resistance, Wheelset, geared_inertia
 
 Keys = Mapping[str, Parameter]
 Given = Mapping[str, Any]  # values of a section's keys, in SI units

@@ -1,13 +1,13 @@
 """Wheelset, drivetrain and track, and the force they can transmit."""
 
 from contactlib.vehicle.available_force import available_force
-from contactlib.vehicle.conditions import Conditions, OperatingPoint, Resistance
+from contactlib.vehicle.conditions import Conditions, OperatingPoint
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.track import Profile, RailState, Track
 from contactlib.vehicle.wheel_load import WheelLoad
-from contactlib.vehicle.wheelset import Wheelset
+from contactlib.vehicle.wheelset import Resistance, Wheelset
 
 __all__ = [
     "Axle",

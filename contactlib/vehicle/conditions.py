@@ -1,13 +1,13 @@
-"""Conditions, running resistance and operating points of a wheelset."""
+"""Conditions and operating points of a wheelset."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
-from contactlib.base.quantities import FloatArray, Parameters, Quantity
+from contactlib.base.quantities import FloatArray
 
 
 class GivenInputs(TypedDict, total=False):
@@ -61,28 +61,6 @@ class Conditions:
             "normal_load": self.normal_load,
             "friction_scale": self.friction_scale,
         }
-
-
-@dataclass(frozen=True, kw_only=True)
-class Resistance(Parameters):
-    """Running resistance A + B V + C V**2 (Davis) and grade.
-
-    Parameters
-    ----------
-    constant : float, optional
-        A, the part of the resistance that is the same at every speed [N].
-    linear : float, optional
-        B, the part that grows with speed, over speed [N.s/m].
-    quadratic : float, optional
-        C, the part that grows with speed squared, over that square [N.s2/m2].
-    grade : float, optional
-        Rise over distance, positive uphill [1].
-    """
-
-    constant: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e6))] = 0.0
-    linear: Annotated[float, Quantity("N.s/m", at_least=0.0, usual=(0.0, 1e5))] = 0.0
-    quadratic: Annotated[float, Quantity("N.s2/m2", at_least=0.0, usual=(0.0, 1e4))] = 0.0
-    grade: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -37,17 +37,37 @@ from contactlib.vehicle.conditions import (
     GivenConditions,
     GivenInputs,
     OperatingPoint,
-    Resistance,
 )
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem, StateSpace
 
 INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
-NO_RESISTANCE = Resistance()
 STATES = ("omega", "speed", "held_traction")
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resistance(Parameters):
+    """Running resistance A + B V + C V**2 (Davis) and grade.
+
+    Parameters
+    ----------
+    constant : float, optional
+        A, the part of the resistance that is the same at every speed [N].
+    linear : float, optional
+        B, the part that grows with speed, over speed [N.s/m].
+    quadratic : float, optional
+        C, the part that grows with speed squared, over that square [N.s2/m2].
+    grade : float, optional
+        Rise over distance, positive uphill [1].
+    """
+
+    constant: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e6))] = 0.0
+    linear: Annotated[float, Quantity("N.s/m", at_least=0.0, usual=(0.0, 1e5))] = 0.0
+    quadratic: Annotated[float, Quantity("N.s2/m2", at_least=0.0, usual=(0.0, 1e4))] = 0.0
+    grade: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +93,7 @@ class Wheelset(Parameters):
     inertia: Annotated[float, INERTIA]
     mass: Annotated[float | None, Quantity("kg", above=0.0, usual=(200.0, 3e6))] = None
     damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e5))] = 0.0
-    resistance: Resistance = NO_RESISTANCE
+    resistance: Resistance = Resistance()
 
     @property
     def radius(self) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import contactlib as cl
+from contactlib.base.quantities import Parameters
 from contactlib.element.force_element import RangeWarning
 from contactlib.laws.hertz import Contact
 from contactlib.laws.scales import friction_with_k_hat
@@ -88,18 +89,28 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
             slope_reduction=float(10.0 ** rng.uniform(-1.5, 0.0)),
             layer_compliance=1e-13 if int(load) % 2 else 0.0,
         )
+    body = {
+        "inertia": float(10.0 ** rng.uniform(1.5, 3.0)),
+        "mass": None if rng.random() < 0.5 else float(10.0 ** rng.uniform(3.5, 5.5)),
+        "damping": float(rng.choice([0.0, 10.0 ** rng.uniform(0.0, 2.5)])),
+    }
+    resistance = {
+        "constant": float(rng.uniform(0.0, 3e3)),
+        "linear": float(rng.uniform(0.0, 100.0)),
+        "quadratic": float(rng.uniform(0.0, 5.0)),
+        "grade": float(rng.uniform(-0.01, 0.01)),
+    }
     return cl.Wheelset(
         element,
-        inertia=float(10.0 ** rng.uniform(1.5, 3.0)),
-        mass=None if rng.random() < 0.5 else float(10.0 ** rng.uniform(3.5, 5.5)),
-        damping=float(rng.choice([0.0, 10.0 ** rng.uniform(0.0, 2.5)])),
-        resistance=Resistance(
-            constant=float(rng.uniform(0.0, 3e3)),
-            linear=float(rng.uniform(0.0, 100.0)),
-            quadratic=float(rng.uniform(0.0, 5.0)),
-            grade=float(rng.uniform(-0.01, 0.01)),
-        ),
+        **_completed(cl.Wheelset, body),
+        resistance=Resistance(**_completed(Resistance, resistance)),
     )
+
+
+def _completed(part: type[Parameters], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers of a part, with a small one of each other that it declares."""
+    high = {n: (q.usual or (0.0, q.at_most))[1] for n, q in part.quantities().items()}
+    return {**{name: 1e-3 * value for name, value in high.items()}, **given}
 
 
 def with_memory(wheelset: cl.Wheelset) -> cl.Wheelset:

@@ -314,6 +314,15 @@ def test_a_stop_shows_speeds_and_its_distance() -> None:
     checks.check_layout(figure)
 
 
+def with_others(part: Any) -> dict[str, Any]:
+    """The part with another value of each declared number."""
+    values = {}
+    for name, quantity in part.quantities().items():
+        value, usual = getattr(part, name), quantity.usual or (0.0, quantity.at_most)
+        values[name] = 1.02 * value if value else 0.02 * usual[1]
+    return {name: replace(part, **{name: value}) for name, value in values.items()}
+
+
 def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
     """The wheelset with another value of each parameter that a run depends on."""
     element, friction, contact = (
@@ -321,7 +330,6 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         wheelset.element.friction,
         wheelset.element.contact,
     )
-    of_body: dict[str, Any] = {"mass": None, "inertia": 251.0, "damping": 6.0}
     of_element: dict[str, Any] = {
         "layer_compliance": 2e-13,
         "wheels": 4,
@@ -344,24 +352,16 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         "poisson_ratio": 0.28,
         "theory": "strips",
     }
-    of_resistance: dict[str, Any] = {
-        "constant": 1e3,
-        "linear": 50.0,
-        "quadratic": 2.0,
-        "grade": -0.01,
-    }
-    resistance_keys = {*wheelset.resistance.quantities()}
-    assert ({*of_body}, {*of_resistance}) == ({*wheelset.quantities()}, resistance_keys)
     others = {name: replace(element, **{name: value}) for name, value in of_element.items()}
     for name, value in of_friction.items():
         others[name] = replace(element, friction=replace(friction, **{name: value}))
     for name, value in of_contact.items():
         others[name] = replace(element, contact=replace(contact, **{name: value}))
-    wheelsets = {name: replace(wheelset, **{name: value}) for name, value in of_body.items()}
-    wheelsets |= {name: replace(wheelset, element=other) for name, other in others.items()}
-    for name, value in of_resistance.items():
-        resistance = replace(wheelset.resistance, **{name: value})
-        wheelsets[name] = replace(wheelset, resistance=resistance)
+    wheelsets = {name: replace(wheelset, element=other) for name, other in others.items()}
+    wheelsets["held"] = replace(wheelset, mass=None)
+    wheelsets |= with_others(wheelset)
+    for name, other in with_others(wheelset.resistance).items():
+        wheelsets[name] = replace(wheelset, resistance=other)
     return wheelsets
 
 
@@ -372,7 +372,7 @@ def test_a_caption_has_every_parameter(locomotive: cl.Model) -> None:
     shown = {
         "layer_compliance": "layer 0.2 um/MPa",
         "memory": "memory",
-        "grade": "grade -1 %",
+        "grade": "grade 1 %",
         "wheels": "4 wheels of $P$ 110.3 kN",
         "static": "f_s 0.46",
     }
@@ -402,7 +402,7 @@ def test_a_caption_has_what_is_driven(locomotive: cl.Model) -> None:
     of_drive = drivetrain_setting(drivetrain).replace("\u00a0", " ")
     hertz = drivetrain.torsional_frequency / (2.0 * np.pi)
     limits = "power 1600 kW, torque rate 100 kN m/s, trip at 45 m/s"
-    limits += ", brake: delay 40 ms, fill 0.25 s, vent 0.1 s"
+    limits += ", brake fill 0.25 s, brake vent 0.1 s, brake delay 40 ms"
     assert f"Motor lag 10 ms, {limits}, axle {hertz:.3g} Hz, " in of_drive
     assert of_drive.endswith("% of critical, drive share 0.4.")
     assert Drivetrain(locomotive.wheelset).torsional_damping_ratio == 0.0
