@@ -139,10 +139,10 @@ def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
         return bool(search.result.success and np.abs(gap).max() < 1e-6 and search.states[1] > 0.0)
 
     grid = [(a, v) for a in np.linspace(0.0, 1.0, 6) for v in np.linspace(20.0, 70.0, 6)]
-    in_plane = sum(reached(plane, [0.03 * a, v], []) for a, v in grid)
-    in_states = sum(reached(bare, [40.0 + 100.0 * a, v], inputs) for a, v in grid)
-    assert in_plane >= 20
-    assert in_states <= in_plane // 2
+    from_plane = sum(reached(plane, [0.03 * a, v], []) for a, v in grid)
+    from_states = sum(reached(bare, [40.0 + 100.0 * a, v], inputs) for a, v in grid)
+    assert from_plane >= 20
+    assert from_states <= from_plane // 2
     omega_rate, speed_rate = bare.dynamics(0.0, [81.0, 40.0], inputs)
     rates = plane.dynamics(0.0, [0.0125, 40.0], [])
     assert rates == pytest.approx([(0.5 * omega_rate - 1.0125 * speed_rate) / 40.0, speed_rate])
