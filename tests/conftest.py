@@ -16,7 +16,7 @@ from outside_tools import missing
 
 import contactlib as cl
 from contactlib.table import building as table_module
-from contactlib.table import corner_sampling, law_tables
+from contactlib.table import cohesive_layers, corner_sampling, law_tables
 from contactlib.table.creep_force_table import CreepForceTable
 
 if TYPE_CHECKING:
@@ -80,15 +80,29 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Build:
 
 @pytest.fixture(scope="session")
 def cohesive_table(tmp_path_factory: pytest.TempPathFactory) -> CreepForceTable:
-    """On a coarse grid, as the fine one takes seconds; xdist's workers share its file."""
-    folder = tmp_path_factory.getbasetemp()
-    file = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "cohesive.bin"
+    """On a coarse grid, as the fine one takes seconds; xdist's workers share its file.
+
+    It has no layers.
+    """
+    return coarse_cohesive_table(tmp_path_factory, layers=False)
+
+
+@pytest.fixture(scope="session")
+def layered_cohesive_table(tmp_path_factory: pytest.TempPathFactory) -> CreepForceTable:
+    """The same with coarse layers."""
+    return coarse_cohesive_table(tmp_path_factory, layers=True)
+
+
+def coarse_cohesive_table(made: pytest.TempPathFactory, layers: bool) -> CreepForceTable:
+    folder = made.getbasetemp()
+    folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+    file = folder / f"cohesive{'_layers' * layers}.bin"
     if not file.exists():
-        coarse_cohesive_table().save(file)
+        build_coarse_cohesive_table(layers).save(file)
     return CreepForceTable.load(file)
 
 
-def coarse_cohesive_table() -> CreepForceTable:
+def build_coarse_cohesive_table(layers: bool) -> CreepForceTable:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(table_module, "CORNER_GRIDS", {4: ((128, 24),)})
         patch.setattr(table_module, "CERTIFIED_K_HATS", 8)
@@ -96,7 +110,10 @@ def coarse_cohesive_table() -> CreepForceTable:
             patch.setattr(corner_sampling, panels, number)
         coarse = partial(CreepForceTable.from_law, target=1e-4, slope_target=3e-3)
         patch.setattr(CreepForceTable, "from_law", coarse)
+        patch.setattr(cohesive_layers, "CELLS", (48, 8, 14))
+        patch.setattr(cohesive_layers, "SPACING", (0.2, 0.5))
+        patch.setattr(table_module, "CERTIFIED_LAYERS", (3, 7))
         # Others, of this process and of this user, get the fine one.
         patch.setattr(law_tables, "_cohesive", {})
         patch.setattr(law_tables, "_kept", lambda name, build: build())
-        return law_tables.cohesive_table("line", 0.45 / 0.21)
+        return law_tables.cohesive_table("line", 0.45 / 0.21, layers=layers)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -73,9 +73,15 @@ def creepage_limits(element: ForceElement, speed: float, name: str = "speed") ->
 def check_layer(name: str, compliance: float, table: CreepForceTable) -> None:
     """Refuse the compliance `name` of a layer that the table's law does not have."""
     if compliance > 0.0 and not table.layered:
-        raise ValueError(
-            f"{name} = {compliance!r} must be 0: the table of {table.law!r} has no layers"
-        )
+        reason = "has no layers"
+        if table.one_axis:
+            reason = "contains the layer of the rail on which it was measured, if it is a curve"
+        elif table.static_to_kinetic:
+            reason += (
+                "; build it with cohesive_table(..., layers=True), or give the model file itself a "
+                "layer_compliance above 0"
+            )
+        raise ValueError(f"{name} = {compliance!r} must be 0: the table of {table.law!r} {reason}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +102,8 @@ class ForceElement(Parameters):
     layer_compliance : float, optional
         L of a thin elastic layer between wheel and rail, its thickness over its shear modulus
         [m/Pa]: 1.3e-13 for 20 um of 150 MPa. It lowers the initial slope and rounds the peak, of a
-        small contact more than of a large one: lam = L E*/(2 a). It needs a table with layers, such
-        as that of `carter_griffith_table`. Default: no layer.
+        small contact more than of a large one: lam = L E*/(2 a). It needs a table with layers:
+        that of `carter_griffith_table`, or of `cohesive_table` with `layers`. Default: no layer.
     slope_reduction : float, optional
         The initial slope over that of the bodies with their layer; zeta0 is divided by it [1]. It
         fits a slope without its cause: it stretches the creepage axis alike at any load and leaves
@@ -180,26 +186,10 @@ class ForceElement(Parameters):
             warnings.warn(
                 f"process zone ratio {zone:.2f} is above {limit}: the law is the limit of a short "
                 "weakening zone and is inaccurate in this contact's tail; use the cohesive-zone "
-                f"law, in a file [law] kind = 'cohesive'{self._instead_of_layer()}",
+                "law, in a file [law] kind = 'cohesive'",
                 ProcessZoneWarning,
                 stacklevel=3,
             )
-
-    def _instead_of_layer(self) -> str:
-        """End of the advice to use a law without a layer: its slope reduction, if there is one."""
-        if self.layer_compliance == 0.0:
-            return ""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RangeWarning)
-            clean = replace(self, layer_compliance=0.0)
-        slopes = [
-            element.at_creepage(0.0, speed=10.0)["force_gradient"] for element in (self, clean)
-        ]
-        reduction = self.slope_reduction * float(slopes[0] / slopes[1])
-        return (
-            f", which has no layer: slope_reduction = {reduction:.3g} in place of layer_compliance "
-            "gives the same initial slope"
-        )
 
     @classmethod
     def from_curve(

@@ -268,7 +268,8 @@ def build_wheelset(
         _warn_of_unused(data)
         element = cache.made("law", ForceElement.from_curve, table, contact, **sizes, memory=memory)
     else:
-        table = table or cache.made("law", law_table, law, contact, friction, progress)
+        layers = body.get("layer_compliance", 0.0) > 0.0
+        table = table or cache.made("law", law_table, law, contact, friction, progress, layers)
         chosen = {"table": table, "slope_reduction": reduction, "memory": memory}
         sizes = {**arguments(ForceElement, body), **chosen}
         element = cache.made("wheelset", ForceElement, contact, friction, **sizes)

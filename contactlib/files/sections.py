@@ -43,7 +43,8 @@ class LawKind(NamedTuple):
 LAWS = {
     "carter_griffith": LawKind("Limit of a short weakening zone. Its table is shipped."),
     "cohesive": LawKind(
-        "The law without that limit. Its table is built, in some 8 s, when a file is first read.",
+        "The law without that limit. Its table is built when a file is first read, in some 8 s, "
+        "and half a minute with a layer.",
         table_keys=("friction.static", "friction.kinetic"),
     ),
     "polach": LawKind(
@@ -59,6 +60,12 @@ LAWS = {
         keys=("file",),
         optional_keys=("load_exponent", *OF_CURVE),
     ),
+}
+
+WITHOUT_LAYER = {  # laws, and what replaces a layer
+    "polach": "the law has no layer; set slope_reduction in its place",
+    "measured": "the curve contains the layer of the rail on which it was measured; leave the "
+    "layer out",
 }
 
 
@@ -207,17 +214,21 @@ def measured_table(given: Given, folder: Path) -> CreepForceTable:
 
 
 def check_layer_of(law: Given, body: Given) -> None:
-    """Refuse a layer with a law whose table has none, before the table is built."""
+    """Refuse a layer with a law that has none, before its table is built."""
     kind, compliance = law.get("kind", Law.kind), body.get("layer_compliance", 0.0)
-    if kind in ("cohesive", "polach") and compliance > 0.0:
+    if kind in WITHOUT_LAYER and compliance > 0.0:
         raise ValueError(
-            f"wheelset.layer_compliance = {compliance!r} must be 0 with law.kind = {kind!r}, which "
-            "has no layer: set slope_reduction in its place, or law.kind = 'carter_griffith'"
+            f"wheelset.layer_compliance = {compliance!r} must be 0 with law.kind = {kind!r}: "
+            f"{WITHOUT_LAYER[kind]}, or law.kind = 'carter_griffith' or 'cohesive'"
         )
 
 
 def law_table(
-    given: Given, contact: Contact, friction: Friction, progress: Callable[[float], object]
+    given: Given,
+    contact: Contact,
+    friction: Friction,
+    progress: Callable[[float], object],
+    layers: bool = False,
 ) -> CreepForceTable:
     """Table of a law that is not measured."""
     kind = given.get("kind", Law.kind)
@@ -230,7 +241,7 @@ def law_table(
                 f"kinetic friction, but contact and friction give {contact_k_hat:.4g}: choose a "
                 "shorter weakening_length"
             )
-        return cohesive_table(shape, friction.ratio, friction.weakening, progress)
+        return cohesive_table(shape, friction.ratio, friction.weakening, progress, layers=layers)
     if kind == "carter_griffith":
         return carter_griffith_table(shape)
     if shape == "line":

@@ -365,8 +365,12 @@ def line_with_layer(
     return ratio.reshape(shape), slope.reshape(shape)
 
 
+# Traction ratio and slope of a line contact at x, k_hat and lam.
+LineLaw = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
 def ellipse_with_layer(
-    x: FloatArray, k_hat: float, lam: float, curve: AtParameter = at_parameter
+    x: FloatArray, k_hat: float, lam: float, line: LineLaw = line_with_layer
 ) -> tuple[FloatArray, FloatArray]:
     """Traction ratio and slope of an ellipse: Eq. (24) with Gauss's rule, on both sides of w = x.
 
@@ -380,7 +384,7 @@ def ellipse_with_layer(
     angle = np.hstack([split * clustered, split + (0.5 * np.pi - split) * clustered])
     weight = np.hstack([split * weights, (0.5 * np.pi - split) * weights])
     w = np.cos(angle)  # d(eta) = w d(angle)
-    ratio, slope = line_with_layer(x.ravel()[:, None] / w, k_hat / w, lam / w, curve)
+    ratio, slope = line(x.ravel()[:, None] / w, k_hat / w, lam / w)
     force = 1.5 * np.sum(ratio * w**3 * weight, axis=1)  # Eq. (24)
     rate = 1.5 * np.sum(slope * w**2 * weight, axis=1)
     return force.reshape(x.shape), rate.reshape(x.shape)

@@ -45,12 +45,15 @@ LAYER_STEP = 2.0**-22
 LAYER_MIDDLE = 0.6  # fourth root of the layer ratio at w = 1/2
 ONE_AXIS_GRIDS = ((64, 1), (256, 1), (1024, 1), (4096, 1))
 CERTIFIED_K_HATS = 44  # besides the smallest ones and the largest
+CERTIFIED_LAYERS = (9, 21)  # values of k_hat, besides two small ones, and of the layer ratio
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])  # extrapolates four values by one
 CORNER = 7  # numbers in a row that describe a corner
 REACH = 0.1  # of the fit to a corner, in t/T
 SMOOTHING = 8  # intervals along sqrt(k_hat)
 
 Row = TypeVar("Row")
+# Traction ratio over normalized creepage, for each k_hat at one layer ratio.
+Curves = Callable[[FloatArray, float], list[Callable[[FloatArray], FloatArray]]]
 
 
 def largest_k_hat(static_to_kinetic: float) -> float:
@@ -75,18 +78,18 @@ def build(
     layers: bool = False,
 ) -> bytes:
     """Table file of a law; the arguments are those of `CreepForceTable.from_law`."""
-    sampler = _Sampler(law, options, progress)
+    sampler = Sampler(law, options, progress)
     reference = _reference_values(sampler)
     samples, done = _corner_samples(sampler, 0.5, 0.9)
     for cells in sampler.grids:
         then = 0.5 * (1.0 + done)  # the required grid is not known in advance
         coefficients = _fit(sampler, samples, *cells, done, then)
-        draft = kernel.NativeTable(_pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
+        draft = kernel.NativeTable(pack(sampler, cells, Certificate(0.0, 0.0, 0), coefficients))
         certificate = _certify(draft, reference)
         if certificate.ratio_error <= targets[0] and certificate.slope_error <= targets[1]:
             layered = _with_layers(sampler, then) if layers else Layers()
             progress(1.0)
-            return _pack(sampler, cells, certificate, coefficients, layered)
+            return pack(sampler, cells, certificate, coefficients, layered)
         done = then
     raise ValueError(
         f"target = {targets[0]!r}, slope_target = {targets[1]!r} are not reached for "
@@ -99,7 +102,7 @@ def _certify(table: kernel.NativeTable, reference: list[_Reference]) -> Certific
     error = slope_error = 0.0
     points = 0
     for row in reference:
-        ratio, slope = table.evaluate(row.x, np.array([row.k_hat]), np.array([row.layer_ratio]))
+        ratio, slope = table.evaluate(row.x, np.array([row.k_hat]), np.zeros(1))
         error = max(error, float(np.max(np.abs(ratio - row.ratio))))
         slope_error = max(slope_error, float(np.max(np.abs(slope - row.slope))))
         points += row.x.size
@@ -113,10 +116,9 @@ class _Reference(NamedTuple):
     x: FloatArray
     ratio: FloatArray
     slope: FloatArray
-    layer_ratio: float = 0.0
 
 
-class _Sampler:
+class Sampler:
     """A law to tabulate, and the shape of its table."""
 
     def __init__(
@@ -181,7 +183,7 @@ class _Sampler:
         return [found[i] for i in range(len(k_hats))]
 
 
-def _reference_values(sampler: _Sampler) -> list[_Reference]:
+def _reference_values(sampler: Sampler) -> list[_Reference]:
     """The law's values at the certificate's points, which are not nodes of any grid."""
 
     def row(k_hat: float) -> _Reference:
@@ -206,52 +208,105 @@ class Layers(NamedTuple):
     error: float = 0.0
 
 
-def cut_layers(data: bytes, layers: bytes) -> bytes:
-    """A table file without its layers, whose coefficients end it."""
+def exchange_layers(data: bytes, present: bytes, layers: Layers = Layers()) -> bytes:  # noqa: B008
+    """A table file with other layers, or none; the coefficients of the present ones end it."""
     end = HEADER_SIZE - NAME_SIZE
     start = end - struct.calcsize(LAYER_HEADER)
-    none = struct.pack(LAYER_HEADER, 0, 0, 0, 0, 0.0)
-    kept = data[24:start] + none + data[end:].removesuffix(layers)
-    return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, kept)
+    kept = data[24:start] + _layer_header(layers) + data[end:].removesuffix(present)
+    whole = kept + layers.coefficients.astype("<f4").tobytes()
+    return kernel.framed(kernel.TABLE_MAGIC, kernel.TABLE_VERSION, whole)
 
 
-def _layer_at(w: float) -> float:
+def _layer_header(layers: Layers) -> bytes:
+    return struct.pack(LAYER_HEADER, *layers.cells, 0, layers.error)
+
+
+def layer_at(w: float) -> float:
     """Layer ratio at a coordinate w < 1."""
     return float((LAYER_MIDDLE * w / (1.0 - w)) ** 4)
 
 
-def _with_layers(sampler: _Sampler, done: float) -> Layers:
-    """Sample a law with layers over u, sqrt(k_hat) and w, and certify the spline."""
-    root_k = np.sqrt(sampler.k_max)
+def layer_table(sampler: Sampler, layers: Layers) -> kernel.NativeTable:
+    """Table of the layers alone."""
+    return kernel.NativeTable(pack(sampler, (0, 0), Certificate(0.0, 0.0, 0), np.empty(0), layers))
 
-    def values(at: tuple[float, float], u: FloatArray) -> tuple[FloatArray, _Reference]:
-        k_hat, layer = at
-        node = kernel.table_nodes(u, k_hat, max(layer, 1e-300), **sampler.shape)
-        law, x = sampler.at(k_hat, layer), node.normalized_creepage
-        ratio, slope = law.evaluate(x)  # type: ignore[attr-defined]
-        return (ratio - node.line) / node.weight, _Reference(k_hat, x, ratio, slope, layer)
 
-    def places(at: FloatArray, w: FloatArray) -> list[tuple[float, float]]:
-        return [(min(k**2, sampler.k_max), _layer_at(v)) for v in w for k in at * root_k]
+def spline_layers(
+    sampler: Sampler,
+    cells: tuple[int, int, int],
+    curves: Curves,
+    progress: tuple[float, float],
+    thinnest: float = 0.0,
+    initial_slope: Callable[[float], float] | None = None,
+) -> Layers:
+    """Spline over u, sqrt(k_hat) and w through the curves of all k_hat and one layer ratio.
 
-    cells_u, cells_k, cells_w = LAYER_CELLS
-    inner = np.arange(1, cells_u) / cells_u
-    grid = places(np.linspace(0.0, 1.0, cells_k + 1), np.arange(cells_w) / cells_w)
-    rows = sampler.rows(lambda at: values(at, inner)[0], grid, done, 0.5 * (1.0 + done))
-    h = np.array(rows).reshape(cells_w, cells_k + 1, cells_u - 1)
+    Thinner layers than the thinnest one have its curves. The initial slope makes H exact at u = 0.
+    """
+    cells_u, cells_k, cells_w = cells
+    u, k_hats = np.arange(1, cells_u) / cells_u, _k_hats(sampler, np.arange(cells_k + 1) / cells_k)
+
+    def plane(lams: list[float]) -> list[list[FloatArray]]:
+        pairs = list(zip(k_hats.tolist(), curves(k_hats, max(lams[0], thinnest)), strict=True))
+        return [[row(lam, *pair) for pair in pairs] for lam in lams]
+
+    def row(lam: float, k_hat: float, curve: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        node = kernel.table_nodes(u, k_hat, max(lam, 1e-300), **sampler.shape)
+        h = _with_ends((curve(node.normalized_creepage) - node.line) / node.weight)
+        if initial_slope is not None:
+            h[0] = (1.0 + 0.5 * np.pi * lam) * initial_slope(lam) - 2.0
+        return h
+
+    lams = [layer_at(w) for w in np.arange(cells_w) / cells_w]
+    thin = [lam for lam in lams if lam <= thinnest]
+    h = np.concatenate(
+        sampler.rows(plane, [thin, *([lam] for lam in lams[len(thin) :])], *progress)
+    )
     h = np.concatenate([h, (CUBIC @ h[:-5:-1].reshape(4, -1)).reshape(1, *h.shape[1:])])
-    along_u = np.apply_along_axis(_with_ends, 2, h)
     for axis in range(3):
-        along_u = np.moveaxis(_b_spline(np.moveaxis(along_u, axis, 0)), 0, axis)
-    rounded = LAYER_STEP * np.rint(along_u / LAYER_STEP) + 0.0  # no -0.0
-    found = Layers(LAYER_CELLS, rounded.astype(np.float32))
-    off = np.concatenate([0.5 / np.array([cells_k, 0.3 * cells_k]), _off_nodes(9)])
-    grid = places(off, _off_nodes(21))
-    reference = [
-        pair[1] for pair in sampler.rows(lambda at: values(at, _off_nodes(100)), grid, done, 1.0)
-    ]
-    draft = kernel.NativeTable(_pack(sampler, (0, 0), Certificate(0.0, 0.0, 0), np.empty(0), found))
-    return found._replace(error=_certify(draft, reference).ratio_error)
+        h = np.moveaxis(_b_spline(np.moveaxis(h, axis, 0)), 0, axis)
+    rounded = LAYER_STEP * np.rint(h / LAYER_STEP) + 0.0  # no -0.0
+    return Layers(cells, rounded.astype(np.float32))
+
+
+def layer_error(
+    sampler: Sampler, layers: Layers, curves: Curves, progress: tuple[float, float]
+) -> float:
+    """Largest error of the layers against curves at points that are not nodes."""
+    table, (k_hats, lams) = layer_table(sampler, layers), between_layers(sampler, layers)
+
+    def error(lam: float) -> float:
+        errors = []
+        for k_hat, curve in zip(k_hats.tolist(), curves(k_hats, lam), strict=True):
+            node = kernel.table_nodes(_off_nodes(100), k_hat, lam, **sampler.shape)
+            x = node.normalized_creepage
+            q = table.traction_ratio(x, np.array([k_hat]), np.array([lam]))
+            errors.append(np.abs(q - curve(x)).max())
+        return float(max(errors))
+
+    return max(sampler.rows(error, lams, *progress))
+
+
+def between_layers(sampler: Sampler, layers: Layers) -> tuple[FloatArray, list[float]]:
+    """Values of k_hat and layer ratios between the nodes."""
+    n_k, n_w = CERTIFIED_LAYERS
+    root_k = [0.5 / layers.cells[1], 0.5 / (0.3 * layers.cells[1]), *_off_nodes(n_k)]
+    return _k_hats(sampler, np.array(root_k)), [layer_at(w) for w in _off_nodes(n_w)]
+
+
+def _k_hats(sampler: Sampler, root_k: FloatArray) -> FloatArray:
+    return np.asarray(np.minimum((root_k * np.sqrt(sampler.k_max)) ** 2, sampler.k_max))
+
+
+def _with_layers(sampler: Sampler, done: float) -> Layers:
+    """Spline of a law with layers, certified."""
+    then = 0.5 * (1.0 + done)
+
+    def curves(k_hats: FloatArray, lam: float) -> list[Callable[[FloatArray], FloatArray]]:
+        return [sampler.at(k_hat, lam).traction_ratio for k_hat in k_hats.tolist()]
+
+    layers = spline_layers(sampler, LAYER_CELLS, curves, (done, then))
+    return layers._replace(error=layer_error(sampler, layers, curves, (then, 1.0)))
 
 
 def _off_nodes(n: int) -> FloatArray:
@@ -259,7 +314,7 @@ def _off_nodes(n: int) -> FloatArray:
 
 
 def _corner_samples(
-    sampler: _Sampler, done: float, then: float
+    sampler: Sampler, done: float, then: float
 ) -> tuple[CornerSamples | None, float]:
     """Samples of (1 - u)^d H of a law with a corner, and the progress made; else nothing."""
     largest = float(np.sqrt(sampler.k_max))
@@ -287,7 +342,7 @@ def _corner_samples(
 
 
 def _fit(
-    sampler: _Sampler,
+    sampler: Sampler,
     samples: CornerSamples | None,
     cells_u: int,
     cells_k: int,
@@ -348,7 +403,7 @@ def _corner_terms(t: ArrayLike, inverse_place: float, power: float) -> FloatArra
 
 
 def _h_at(
-    sampler: _Sampler, samples: CornerSamples | None, k_hat: float
+    sampler: Sampler, samples: CornerSamples | None, k_hat: float
 ) -> tuple[Callable[[FloatArray], FloatArray], float]:
     """H of fmu/kernel/creep_table.h as a function of u, and the corner's t, or infinity."""
     if samples is not None and np.sqrt(k_hat) >= corner_sampling.LOWEST:
@@ -371,7 +426,7 @@ def _h_at(
 
 
 def _corner_numbers(
-    sampler: _Sampler, h: Callable[[FloatArray], FloatArray], place: float
+    sampler: Sampler, h: Callable[[FloatArray], FloatArray], place: float
 ) -> FloatArray:
     """1/T and the factors of the singular functions, fitted close to the corner t = T."""
     if place == np.inf:
@@ -402,8 +457,8 @@ def _b_spline(values: FloatArray) -> FloatArray:
     return np.concatenate([first[None], c, last[None]])
 
 
-def _pack(
-    sampler: _Sampler,
+def pack(
+    sampler: Sampler,
     cells: tuple[int, int],
     certificate: Certificate,
     coefficients: FloatArray,
@@ -419,7 +474,7 @@ def _pack(
         shape["twice_corner"],
         shape["root_k"],
     )
-    header += struct.pack(LAYER_HEADER, *layers.cells, 0, layers.error)
+    header += _layer_header(layers)
     label = sampler.name.encode()[:NAME_SIZE].ljust(NAME_SIZE, b"\0")
     body = np.ascontiguousarray(coefficients, dtype="<f8").tobytes()
     body += np.ascontiguousarray(layers.coefficients, dtype="<f4").tobytes()

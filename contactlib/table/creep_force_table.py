@@ -29,7 +29,7 @@ from contactlib.base.quantities import (
 from contactlib.base.writing import write_whole
 from contactlib.laws.law import Law
 from contactlib.laws.traction_data import TractionData
-from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build, cut_layers
+from contactlib.table.building import HEADER_SIZE, NAME_SIZE, build, exchange_layers
 
 FLOATS = frozenset((float, np.float64))  # a point of them is quicker without an array's checks
 
@@ -168,7 +168,7 @@ class CreepForceTable:
         """The same table without its axis of layers."""
         if not self.layered:
             return self
-        return CreepForceTable(cut_layers(self.data, self.layer_bytes), self.note, self.points)
+        return CreepForceTable(exchange_layers(self.data, self.layer_bytes), self.note, self.points)
 
     @property
     def certificate_points(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.element import CreepForces, ProcessZoneWarning
+from contactlib.element import CreepForces
 from contactlib.export.description import Description
 from contactlib.table.creep_force_table import CreepForceTable
 
@@ -86,30 +85,10 @@ def test_layers_need_a_table_with_layers() -> None:
         )
 
 
-def test_the_advice_to_use_the_cohesive_law_says_what_replaces_a_layer() -> None:
-    """Its slope_reduction gives the same initial slope; without a layer there is no such advice."""
-    friction = cl.friction_with_k_hat(STRIPS, k_hat=0.6, static=0.36, kinetic=0.3)
-    for given in ({"slope_reduction": 0.8}, {"memory": True}, {}):
-        with pytest.warns(ProcessZoneWarning, match="no layer: slope_reduction = ") as warned:
-            element = replace(wheel_with_layer(**given), friction=friction)
-        text = re.search(r"slope_reduction = ([0-9.]+) in place", str(warned[0].message))
-        assert text is not None
-        reduction = float(text[1])
-        with pytest.warns(ProcessZoneWarning, match="kind = 'cohesive'$"):
-            other = replace(element, layer_compliance=0.0, slope_reduction=reduction)
-        at = [wheel.at_creepage(1e-9, speed=9.0)["creep_force"] for wheel in (element, other)]
-        assert at[1] == pytest.approx(at[0], rel=0.003)
-
-
 @pytest.mark.parametrize(
     ("kind", "keys", "layer", "message"),
     [
-        (
-            "cohesive",
-            "",
-            1e-13,
-            r"wheelset\.layer_compliance = 1e-13 must be 0 with law\.kind = 'co",
-        ),
+        ("measured", "file = 'a.csv'", 1e-13, "the curve contains the layer of the rail on which"),
         ("polach", "adhesion_reduction = 1\nslip_reduction = 0.4", 1e-13, "set slope_reduction in"),
         (
             "cohesive",
@@ -140,6 +119,35 @@ def test_what_a_law_lacks_is_refused_before_its_table_is_built(
     )
     with pytest.raises(cl.ModelError, match=message):
         cl.load_model(path)
+
+
+@pytest.mark.parametrize("compliance", [0.0, 1e-13])
+def test_a_model_file_builds_the_cohesive_table_that_it_needs(
+    compliance: float,
+    cohesive_table: CreepForceTable,
+    layered_cohesive_table: CreepForceTable,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def built(*given: object, layers: bool) -> CreepForceTable:
+        return layered_cohesive_table if layers else cohesive_table
+
+    monkeypatch.setattr("contactlib.files.sections.cohesive_table", built)
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        "[contact]\nsemi_width = 5e-3\nradius = 0.5\nnormal_load = 110e3\nyoungs_modulus = 210e9\n"
+        "poisson_ratio = 0.3\n[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n"
+        f"[wheelset]\nradius = 0.5\nlayer_compliance = {compliance}\n[law]\nkind = 'cohesive'\n"
+    )
+    element = cl.load_model(path).wheelset.element
+    at = element.at_creepage(0.003, speed=10.0)
+    x, table = at["normalized_creepage"], layered_cohesive_table
+    ratio = table.traction_ratio(x, element.k_hat, element.layer_ratio)
+    assert element.layer_ratio == pytest.approx(compliance * 115.4e9 / 0.01, rel=1e-3)
+    assert at["traction_coefficient"] == pytest.approx(0.21 * ratio, rel=1e-12)
+    if compliance == 0.0:
+        with pytest.raises(ValueError, match=r"has no layers; build it with cohesive_table\("):
+            replace(element, layer_compliance=1e-13)
 
 
 def test_pair_of_bodies_is_the_element() -> None:
@@ -191,3 +199,16 @@ def test_the_fold_of_a_held_wheelset_is_the_peak_of_the_law(layer: float) -> Non
     )
     force = 0.21 * law.peak.traction_ratio * soft.normal_load
     assert fold.drive_torque == pytest.approx(force * soft.radius, rel=2e-6)
+
+
+def test_the_fold_of_a_cohesive_law_with_a_layer(
+    rig: cl.Model, layered_cohesive_table: CreepForceTable
+) -> None:
+    element = replace(rig.wheelset.element, table=layered_cohesive_table, layer_compliance=L)
+    fold = cl.find_fold(replace(rig.wheelset, element=element, damping=0.0), speed=10.0)
+    x = np.linspace(0.3, 12.0, 20001)
+    ratio = layered_cohesive_table.traction_ratio(x, element.k_hat, element.layer_ratio)
+    force = element.friction.kinetic * ratio.max() * element.normal_load
+    assert fold.drive_torque == pytest.approx(force * element.radius, rel=1e-6)
+    assert fold.creepage == pytest.approx(x[ratio.argmax()] * element.saturation_creepage, rel=0.01)
+    assert ratio.max() < element.friction.ratio

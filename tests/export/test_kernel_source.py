@@ -77,14 +77,23 @@ def run(*command: object) -> str:
 
 @pytest.fixture(scope="module")
 def models(
-    rig: cl.Model, locomotive: cl.Model, tmp_path_factory: pytest.TempPathFactory
+    rig: cl.Model,
+    locomotive: cl.Model,
+    layered_cohesive_table: cl.CreepForceTable,
+    tmp_path_factory: pytest.TempPathFactory,
 ) -> dict[str, cl.Model]:
-    """A line contact, an ellipse with spin, and a measured curve."""
+    """A line contact, an ellipse with spin, a measured curve, a cohesive law with a layer."""
     folder = tmp_path_factory.mktemp("curve")
     rows = ["slip,mu", *(f"{slip},{mu}" for slip, mu in POINTS)]
     (folder / "curve.csv").write_text("\n".join(rows))
     (folder / "curve.toml").write_text(CURVE, encoding="utf-8")
-    return {"rig": rig, "locomotive": locomotive, "curve": cl.load_model(folder / "curve.toml")}
+    line = replace(rig.wheelset.element, table=layered_cohesive_table, layer_compliance=1e-13)
+    return {
+        "rig": rig,
+        "locomotive": locomotive,
+        "curve": cl.load_model(folder / "curve.toml"),
+        "layer": replace(rig, wheelset=replace(rig.wheelset, element=line)),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +271,7 @@ MODES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.tools
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", ["rig", "locomotive", "curve"])
+@pytest.mark.parametrize("name", ["rig", "locomotive", "curve", "layer"])
 def test_it_gives_the_bits_of_the_fmu(
     folders: dict[str, Path], models: dict[str, cl.Model], tmp_path: Path, name: str, mode: str
 ) -> None:

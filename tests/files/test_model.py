@@ -384,7 +384,8 @@ def test_the_model_file_s_cohesive_law(
 ) -> None:
     calls: list[Any] = []
 
-    def built(*given: Any) -> cl.CreepForceTable:
+    def built(*given: Any, layers: bool) -> cl.CreepForceTable:
+        assert not layers
         calls.extend(given[:2])
         given[-1](0.5)
         return table  # any will do

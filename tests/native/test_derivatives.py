@@ -17,7 +17,11 @@ from contactlib.vehicle import Resistance
 
 
 @pytest.fixture(scope="module")
-def models(rig: cl.Model, cohesive_table: cl.CreepForceTable) -> dict[str, cl.Model]:
+def models(
+    rig: cl.Model,
+    cohesive_table: cl.CreepForceTable,
+    layered_cohesive_table: cl.CreepForceTable,
+) -> dict[str, cl.Model]:
     """A model for each kind of table."""
     wheelset = rig.wheelset
     polach = cl.Polach.dry()
@@ -42,6 +46,8 @@ def models(rig: cl.Model, cohesive_table: cl.CreepForceTable) -> dict[str, cl.Mo
         table = cl.carter_griffith_table(kind)
         soft = replace(elements[name], layer_compliance=1e-13, table=table)
         elements[f"layer {name}"] = soft
+    cohesive = replace(elements["cohesive"], table=layered_cohesive_table)
+    elements["layer cohesive"] = replace(cohesive, layer_compliance=1e-13)
     return {name: _model(rig, element) for name, element in elements.items()}
 
 
@@ -147,6 +153,9 @@ LAWS = [
     "softening line",
     "softening elliptic",
     "softening polach",
+    "layer line",
+    "layer softening elliptic",
+    "layer cohesive",
 ]
 
 

@@ -28,7 +28,10 @@ STATES = {
 
 @pytest.fixture(scope="module")
 def elements(
-    rig: cl.Model, locomotive: cl.Model, cohesive_table: cl.CreepForceTable
+    rig: cl.Model,
+    locomotive: cl.Model,
+    cohesive_table: cl.CreepForceTable,
+    layered_cohesive_table: cl.CreepForceTable,
 ) -> dict[str, cl.ForceElement]:
     """An element with memory for each kind of law."""
     line, ellipse = rig.wheelset.element, locomotive.wheelset.element
@@ -39,6 +42,7 @@ def elements(
         "line": line,
         "ellipse": ellipse,
         "cohesive": replace(line, table=cohesive_table),
+        "layer": replace(line, table=layered_cohesive_table, layer_compliance=1e-13),
         "hot": replace(ellipse, friction=hot),
         "falling": replace(line, friction=falling),
         "constant": replace(line, friction=constant),
@@ -46,8 +50,8 @@ def elements(
     return {name: replace(element, memory=True) for name, element in made.items()}
 
 
-LAWS = ["line", "ellipse", "cohesive", "hot", "falling", "constant"]
-SAME_AT_ANY_SPEED = ["line", "ellipse", "cohesive", "constant"]
+LAWS = ["line", "ellipse", "cohesive", "layer", "hot", "falling", "constant"]
+SAME_AT_ANY_SPEED = ["line", "ellipse", "cohesive", "layer", "constant"]
 
 
 def evaluated(element: cl.ForceElement, **given: Any) -> Any:

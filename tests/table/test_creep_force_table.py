@@ -125,9 +125,9 @@ def test_spline_converges_with_fourth_order() -> None:
     x = np.linspace(0.05, 4.0, 501)
     cells = [16, 32, 64, 128]
     for n in cells:
-        sampler = module._Sampler(Stickier, {}, lambda part: None)
+        sampler = module.Sampler(Stickier, {}, lambda part: None)
         coefficients = module._fit(sampler, None, n, n, 0.0, 1.0)
-        made = CreepForceTable(module._pack(sampler, (n, n), none, coefficients))
+        made = CreepForceTable(module.pack(sampler, (n, n), none, coefficients))
         law = Stickier(k_hat=0.9)
         errors.append(np.abs(made.traction_ratio(x, 0.9) - law.traction_ratio(x)).max())
     order = -np.polyfit(np.log(cells), np.log(errors), 1)[0]

@@ -9,10 +9,14 @@ from typing import Literal
 import numpy as np
 import platformdirs
 import pytest
+from cohesive_layer import CohesiveZoneWithLayer
 
 import contactlib as cl
 from contactlib import kernel
 from contactlib.element import ProcessZoneWarning
+from contactlib.laws.cohesive_layer import solve_zones
+from contactlib.laws.friction import EXPONENTIAL
+from contactlib.laws.layer import full_stick
 from contactlib.table import law_tables
 from contactlib.table.building import CORNER_GRIDS
 from contactlib.table.law_tables import build_carter_griffith_table
@@ -76,6 +80,78 @@ def test_coarse_cohesive_table(cohesive_table: cl.CreepForceTable) -> None:
     assert_holds(cohesive_table, lambda k: law_at(k_hat=k), K_HATS[::3], 2000, (1e-4, 3e-3))
     assert cohesive_table.static_to_kinetic == RATIO
     assert cohesive_table.options["contact"] == "line"
+
+
+def off_by(table: cl.CreepForceTable, log_t: list[float], k_hats: list[float], lam: float) -> float:
+    """Largest error of a line contact's table with a layer, at states of the law."""
+    errors = []
+    for v in log_t:
+        states = solve_zones(v, np.array(k_hats), lam, table.static_to_kinetic or 0.0, EXPONENTIAL)
+        x, q = np.transpose([(state.creepage, state.ratio) for state in states])
+        errors.append(np.abs(table.traction_ratio(x, k_hats, lam) - q).max())
+    return float(max(errors))
+
+
+def test_coarse_cohesive_table_with_layers(
+    cohesive_table: cl.CreepForceTable, layered_cohesive_table: cl.CreepForceTable
+) -> None:
+    table, x = layered_cohesive_table, np.geomspace(1e-3, 1e3, 60)
+    assert table.max_layer_error < 2e-3
+    for lam in (1e-6, 0.004, 0.4, 7.0, 300.0):
+        assert off_by(table, [-2.0, -0.4, 0.5, 2.0], [0.03, 0.35, 1.9], lam) < 4e-3
+    for lam in (0.03, 0.5, 4.0):
+        slopes = table.slope(0.0, [0.0, 0.3, 1.7], lam)
+        assert np.ptp(slopes) < 1e-6
+        assert slopes[0] == pytest.approx(2.0 * float(full_stick(np.array(0.5 * lam))[0]), rel=2e-4)
+    assert table.traction_ratio(1e60, 0.4, 0.5) == 1.0
+    assert np.array_equal(table.traction_ratio(x, 0.4), cohesive_table.traction_ratio(x, 0.4))
+    thin = table.traction_ratio(x, 0.4, 1e-9) - table.traction_ratio(x, 0.4)
+    assert np.abs(thin).max() < 0.01
+    assert table.without_layers().data == cohesive_table.data
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("contact", "ratio"),
+    [
+        ("line", RATIO),
+        ("elliptic", 11.0 / 7.0),
+        *(
+            pytest.param(contact, ratio, marks=pytest.mark.reference)
+            for contact in ("line", "elliptic")
+            for ratio in (1.02, 1.2, 3.0, 8.0)
+        ),
+    ],
+)
+def test_cohesive_table_with_layers(contact: Literal["line", "elliptic"], ratio: float) -> None:
+    """The error is 0.0001 for layer ratios from 0.03 to 10, 0.001 for any."""
+    table = cl.table.cohesive_table(contact, ratio, layers=True)
+    assert table.max_layer_error < 1e-3
+    assert len(table.data) < 4_000_000
+    random, off = np.random.default_rng(54), {}
+    n, points = (9, 15) if contact == "line" else (4, 2)  # an ellipse takes seconds a point
+    lams = np.geomspace(0.0004, 9.0, n).tolist()
+    for k_hat, lam in zip((table.k_max * random.random(n) ** 2).tolist(), lams, strict=True):
+        law = CohesiveZoneWithLayer(
+            k_hat=k_hat, static_to_kinetic=ratio, layer_ratio=lam, contact=contact
+        )
+        x = (1.0 + lam) * 10.0 ** random.uniform(-1.5, 1.2, points)
+        (q, slope), (found, rise) = law.evaluate(x), table.evaluate(x, k_hat, lam)
+        off[lam] = np.abs(found - q).max()
+        assert np.abs(rise - slope).max() < 0.01
+        assert table.slope(0.0, k_hat, lam) == pytest.approx(law.slope(0.0), abs=1e-4)
+        x = np.geomspace(1e-3, 1e5, 500)
+        assert table.traction_ratio(x, k_hat, lam).max() < ratio
+        thin = table.traction_ratio(x, k_hat, 1e-4) - table.traction_ratio(x, k_hat)
+        assert np.abs(thin).max() < 2e-3
+    assert max(off.values()) < 1e-3
+    assert max(error for lam, error in off.items() if lam > 0.03) < 1e-4
+
+
+def test_layers_need_the_exponential_weakening() -> None:
+    other = cl.Friction.from_function(lambda u: 0.21 + 0.12 / (1.0 + u / 2e-6) ** 3)
+    with pytest.raises(ValueError, match="layers = True needs the exponential weakening, not"):
+        cl.table.cohesive_table("line", other.ratio, other.weakening, layers=True)
 
 
 @pytest.mark.slow
