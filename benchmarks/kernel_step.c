@@ -36,15 +36,12 @@ static void make_step(contactlib_element *wheel, double step) {
     exit(1);
 }
 
-static void run(double step, double implicit, const double memory[4], double max_substeps) {
+static void run(double step, double implicit, double memory, double max_substeps) {
     contactlib_element wheel;
     contactlib_start(&wheel);
     wheel.implicit = implicit;
     wheel.max_substeps = max_substeps;
-    wheel.contact.relaxation_length = memory[0];
-    wheel.contact.lateral_relaxation_length = memory[1];
-    wheel.contact.standing_stiffness = memory[2];
-    wheel.contact.initial_slope = memory[3];
+    wheel.contact.memory = memory;
     double radius = wheel.contact.radius, load = wheel.input.normal_load;
     double speed = wheel.input.speed, largest = wheel.contact.static_friction * load * radius;
     double inertia = radius * radius / wheel.effective_inverse_mass;
@@ -75,11 +72,10 @@ static int compare(const void *a, const void *b) {
 }
 
 int main(int count, char **argument) {
-    if (count != 8) return 2;
-    double step = atof(argument[1]), implicit = atof(argument[2]);
-    double memory[4] = {atof(argument[3]), atof(argument[4]), atof(argument[5]), atof(argument[6])};
+    if (count != 5) return 2;
+    double step = atof(argument[1]), implicit = atof(argument[2]), memory = atof(argument[3]);
     for (int k = 0; k < REPETITIONS; k++) {
-        run(step, implicit, memory, atof(argument[7]));
+        run(step, implicit, memory, atof(argument[4]));
         for (int i = 0; i < STEPS; i++)
             smallest[i] = k == 0 || once[i] < smallest[i] ? once[i] : smallest[i];
     }

@@ -18,7 +18,6 @@ OF_DOUBLES = (
     "force_element_output",
     "contact_scales",
     "half_space_scales",
-    "relaxation_lengths",
     "creep_value",
     "creep_conditions",
     "creep_point",

@@ -33,8 +33,6 @@ FUNCTIONS = (
     "creep_curve_grip",
     "creep_curve_peak",
     "half_space_scales_of",
-    "relaxation_lengths_of",
-    "hertz_integral",
     "hertz_semi_axes",
     "new_doubles",  # from here on module.c's
     "new_table",

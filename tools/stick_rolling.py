@@ -225,6 +225,8 @@ def write_polynomials() -> None:
     ]
     columns = {"CREEP_COEFFICIENTS": [0, 1, 2, 4], "RELAXATION_LENGTHS": [5, 6, 7]}
     for name, kept in columns.items():
+        unused = name == "CREEP_COEFFICIENTS"  # in the kernel as one file
+        lines += ["#ifndef ONE_FILE_KERNEL"] * unused
         shape = f"[{len(kept)}][ASPECT_TERMS][POISSON_TERMS]"
         lines.append(f"static const double {name}{shape} = {{")
         for values in np.log(np.moveaxis(solved[..., kept], -1, 0)):
@@ -232,7 +234,7 @@ def write_polynomials() -> None:
             rows = chebfit(in_nu, of_g.T, NODES[1] - 1)[: TERMS[1]].T
             listed = (", ".join(f"{v:.8e}" for v in row) for row in rows)
             lines += ["{", *(f"{{{row}}}," for row in listed), "},"]
-        lines.append("};")
+        lines += ["};", *["#endif /* ONE_FILE_KERNEL */"] * unused]
     lines += ["/* clang-format on */", "", "#endif", ""]
     write_whole(package_folder("fmu") / "creep_coefficients.h", "\n".join(lines).encode())
 

@@ -34,6 +34,7 @@ Mindlin's problem to 0.002.
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -145,6 +146,7 @@ class Contact:
         self.influence += layer * np.eye(count * size)
         self.at_edge = np.block([[part[size:] for part in row] for row in split])
         self.x, self.y, self.pressure = x[:size], y[:size], pressure[:size]
+        self.half_length, self.outline = 0.5 * length[:size], (y[:size] / b) ** 2
         self.weight, self.first = weight[:size] * half, first[:lines]
         # A particle comes from the element ahead, and from the edge half a step ago.
         self.ahead = np.arange(size) - 1
@@ -157,6 +159,13 @@ class Contact:
         one, nothing = np.ones(size), np.zeros(size)
         rigid = {"x": (one, nothing, -self.y), "y": (nothing, one, self.x)}
         self.rigid = np.stack([rigid[name] for name in components], axis=1)
+
+    def set_load(self, ratio: float) -> None:
+        """Set the load over the grid's; semi-axes and pressures go with its cube root (Hertz)."""
+        chord = np.sqrt(np.maximum(ratio ** (2 / 3) - self.outline, 1e-300))
+        borders = [np.clip((self.x + i * self.half_length) / chord, -1.0, 1.0) for i in (-1, 1)]
+        under = [np.arcsin(at) + at * np.sqrt(1.0 - at * at) for at in borders]
+        self.pressure = chord**2 * (under[1] - under[0]) / (4.0 * self.half_length)
 
     def at_rest(self) -> Moment:
         """State without tractions."""
@@ -203,6 +212,7 @@ class Contact:
         slipped = state.slipped[self.ahead]
         slipped[self.first] = 0.0
         rigid = np.tensordot(np.asarray(creepage, dtype=float), self.rigid, 1) * self.rolled
+        slipped[self.pressure == 0.0] = 0.0
         fixed, p = rigid + before, state.traction
 
         def weakened(length: FloatArray) -> FloatArray:
@@ -324,19 +334,23 @@ def history(
     layer: float = 0.0,
     line: bool = False,
     grids: tuple[int, int] = GRIDS,
+    load: Callable[[float], float] = lambda s: 1.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Give rolled distances and forces, extrapolated, from the steady state of x(0).
 
     `component` is the direction of creepage and force; the other traction is left out. The second
-    grid must have twice the columns of the first.
+    grid must have twice the columns of the first. `load` is the part of the largest load at a
+    distance; lengths, creepages and forces are scaled by the largest.
     """
     decay = np.pi * k_hat**2 / (2.0 * excess) if excess else 1.0
     way, forces = "xy".index(component), []
     for columns in grids:
-        grid = contact(a_over_b, poisson_ratio, columns, ROWS, component, component, layer, line)
+        made = contact(a_over_b, poisson_ratio, columns, ROWS, component, component, layer, line)
+        grid = copy.copy(made)  # whose load changes
         state, q, creepage = grid.at_rest(), [0.0], np.zeros(3)
         for i in range(-round(8.0 / grid.step) if x(0.0) else 0, round(end / grid.step)):
             creepage[way] = x(max(i + 0.5, 0.0) * grid.step)
+            grid.set_load(load(max(i + 0.5, 0.0) * grid.step))
             state = grid.roll(state, creepage, excess, decay)
             if i == -1:
                 q = [grid.forces(state)[way]]

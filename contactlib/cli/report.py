@@ -17,7 +17,12 @@ from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metric
 from contactlib.runs.result import Result
 from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
-from contactlib.stability import controllability, reduced_frequency, worst_pole
+from contactlib.stability import (
+    controllability,
+    reduced_frequency,
+    reduced_plant,
+    worst_pole,
+)
 from contactlib.stability.poles import STEADY_ROLLING
 from contactlib.vehicle.continuous_control import ContinuousController
 
@@ -189,14 +194,11 @@ def outlook(scenario: Scenario) -> list[str]:
                 rates[speed].append(pole)
     slowest = speeds[-1]  # where the contact is passed through in the longest time
     fastest = reduced_frequency(wheelset, max(rates[slowest]), speed=slowest)
-    if fastest > STEADY_ROLLING:
-        advice = "" if remembers else "; for the runs, add memory = true to [contact]"
-        # Memory is in the poles, but not in a plant g/(s - p).
-        what = "the ranges of gains are" if remembers else "analysis is"
+    if fastest > STEADY_ROLLING and not remembers:  # memory is in poles and ranges of gains
         lines.append(
-            f"rolling at {slowest:g} m/s is not steady, and {what} inaccurate: the largest "
+            f"rolling at {slowest:g} m/s is not steady, and analysis is inaccurate: the largest "
             f"rate, {max(rates[slowest]):.3g} 1/s, has the reduced frequency {fastest:.2g}, above "
-            f"{STEADY_ROLLING:g}{advice}"
+            f"{STEADY_ROLLING:g}; add memory = true to [contact]"
         )
     return lines
 
@@ -212,8 +214,14 @@ def _verdict(
     where += "" if slope == 1.0 else f", slope factor {slope:g}"
     if worst.pole <= 0.0:
         return f"{where}: no branch on which the wheel slips away under constant torque", 0.0
+    plant = reduced_plant(wheelset, worst.creepage, speed=speed, friction_scale=friction)
     verdict = controllability(
-        worst.pole, delay=scenario.sensors.delay, lag=drivetrain.lag, sample_time=sample_time
+        worst.pole,
+        zeros=plant.zeros,
+        poles=plant.poles,
+        delay=scenario.sensors.delay,
+        lag=drivetrain.lag,
+        sample_time=sample_time,
     )
     stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
     line = (

@@ -31,8 +31,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.element.lateral_spin import SPINNING, lateral_spin_contact, spinning_aspect
 from contactlib.laws.friction import Friction
-from contactlib.laws.hertz import Contact, EllipticContact, LineContact
-from contactlib.laws.relaxation import LAYER_ELLIPSE, LAYER_LINE
+from contactlib.laws.hertz import Contact, EllipticContact
 from contactlib.laws.scales import (
     LAYER_COMPLIANCE,
     SLOPE_REDUCTION,
@@ -292,35 +291,21 @@ class ForceElement(Parameters):
 
     @cached_property
     def memory_parameters(self) -> dict[str, float]:
-        """The kernel's parameters of the contact's memory, see `fmu/kernel/memory.h`.
-
-        With a layer each relaxation length is the mean of that of the bodies and that of the layer,
-        weighted by their compliances in rolling, and the compliance at standstill is their sum.
-        Against half-spaces with a layer the lengths err by 5 % and the stiffness by 2 %.
-        """
+        """The kernel's parameters of the contact's memory; it derives `memory_scales` from them."""
         contact = self.contact
-        width, lengths = contact.semi_width, contact.relaxation_lengths
-        layer = LAYER_LINE if isinstance(contact, LineContact) else LAYER_ELLIPSE
-        steepest = self.table.steepest_creepage
-        clean, slope = (
-            self.table.slope(steepest, self.k_hat, lam) for lam in (0.0, self.layer_ratio)
-        )
-        softer = float(clean / slope) - 1.0
-        along, across = (
-            (float(length) + share * layer.length) / (1.0 + share)
-            for length, share in (
-                (lengths.longitudinal, softer),
-                (lengths.lateral, softer * contact.lateral_stiffness_ratio),
-            )
-        )
-        compliance = float(lengths.longitudinal / (contact.standing_stiffness * clean))
-        compliance += self.layer_ratio / layer.stiffness
+        contact.memory()  # a line contact must not be short
         return {
-            "relaxation_length": along * width,
-            "lateral_relaxation_length": across * width,
-            "standing_stiffness": along / float(slope) / compliance,
-            "initial_slope": float(slope),
+            "memory": 1.0,
+            "body_modulus": contact.contact_modulus,
+            "poisson_ratio": contact.poisson_ratio,
+            "transverse_half_length": contact.transverse_half_length,
         }
+
+    @cached_property
+    def memory_scales(self) -> Any:
+        """Struct `contact_scales` of the kernel at the nominal load, with those of the memory."""
+        parameters = {**self.parameters, **self.memory_parameters}
+        return kernel.contact_scales(parameters, self.normal_load, table=self.table.native)
 
     @property
     def normal_load(self) -> float:

@@ -53,9 +53,9 @@ def roll(
     Notes
     -----
     The equations are those of `fmu/kernel/memory.h`. Against half-spaces whose particles are
-    followed through the contact, the rms error of q is 0.03 after steps of the creepage and 0.025
-    while it grows. Single values err by up to 0.2 while a contact with strongly weakening friction
-    breaks loose.
+    followed through the contact, the rms error of q is at most 0.03 after steps of the creepage
+    and while it grows. Single values err by up to 0.23 while a contact with strongly weakening
+    friction breaks loose.
 
     Examples
     --------

@@ -26,12 +26,8 @@ MODEL_NAMES = {
     "wheelset_body": "WheelsetBody",
     "creep_forces": "CreepForces",
 }
-MEMORY = (  # of a contact with memory
-    "relaxation_length",
-    "lateral_relaxation_length",
-    "standing_stiffness",
-    "initial_slope",
-)
+MEMORY = ("memory", "body_modulus", "poisson_ratio", "transverse_half_length")
+HELD_FORCES = ("held_force", "outer_force", "held_lateral", "outer_lateral")
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
 MAX_VARIABLES = 128  # of a wheel, as in fmu/fmi/component.h
@@ -57,16 +53,11 @@ KINEMATIC = {
     "unloaded": ("normal_load",),
 }
 BODY_INPUTS = {"drive_torque", "resistance_force"}
-# A contact with memory holds its force, so no algebraic loop leads through it.
-HELD = {
-    name: (state, "normal_load", "friction_scale")
-    for name, state in {
-        "creep_force": "held_traction",
-        "wheel_torque": "held_traction",
-        "traction_coefficient": "held_traction",
-        "lateral_force": "held_lateral",
-    }.items()
-}
+# A contact with memory holds its force, up to friction, so no algebraic loop leads through it.
+HELD = dict.fromkeys(
+    ("creep_force", "wheel_torque", "traction_coefficient", "lateral_force"),
+    (*HELD_FORCES, "normal_load", "friction_scale"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -309,12 +300,12 @@ class Description:
             "creepage_x": 0.0,
             "creepage_y": 0.0,
             "spin": 0.0,
-            "held_traction": 0.0,
-            "held_lateral": 0.0,
+            **dict.fromkeys(HELD_FORCES, 0.0),
             "unslipped": 1.0,
             "effective_inverse_mass": self.effective_inverse_mass,
             "implicit": float(self.implicit),
             "parallel_exchange": float(self.parallel_exchange),
+            "max_substeps": 0.0,
             "omega": speed / element.radius,
             "speed": speed,
             "normal_load": element.normal_load,
@@ -391,8 +382,7 @@ class Description:
         return {
             "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
-            "held_traction": 1.0,
-            "held_lateral": 1.0,
+            **dict.fromkeys(HELD_FORCES, force),
             "unslipped": 1.0,
             "normal_load": load,
             "creep_force": force,

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 SOURCES = (
     "creep_table.c",
+    "hertz.c",
+    "half_space.c",
     "lateral_spin_force.c",
     "force_element.c",
     "wheelset.c",

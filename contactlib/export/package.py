@@ -194,7 +194,8 @@ def describe(
     names = [
         v.name
         for v in description.of_role("fixed_parameter", "tunable_parameter")
-        if v.unit != "Boolean" and v.name not in ("implicit", "parallel_exchange", "elliptic")
+        if v.unit != "Boolean"
+        and v.name not in ("implicit", "parallel_exchange", "elliptic", "memory")
     ]
     for name in description.per_wheel:
         if wheels == 1 or name not in names:

@@ -135,9 +135,10 @@ def operating_point(model: Model) -> dict[str, float]:
     return {
         "drive_torque": float(curve.torque(creepage)),
         "omega": omega,
-        "creep_force": steady.steady_traction * element.normal_load,
-        "held_traction": steady.steady_traction,
+        "creep_force": steady.steady_force,
+        "held_force": steady.steady_force,
         "unslipped": steady.sticking,
+        "outer_force": steady.steady_outer,
     }
 
 

@@ -190,7 +190,7 @@ class Scenario(Parameters):
     controllers : mapping
         Controllers, or designs of them, by name in the order of the file. A continuous one applies
         its torque to the wheels directly and uses their true state, so it needs a scenario without
-        axle, motor, brake, contact memory, track and wheel load, and with a constant held speed.
+        axle, motor, brake, track and wheel load, and with a constant held speed.
 
     Raises
     ------
@@ -258,7 +258,6 @@ class Scenario(Parameters):
             "[axle]": self.drivetrain.axle is not None,
             "[motor]": self.drivetrain.motor != Motor(),
             "[brake]": self.drivetrain.brake is not None,
-            "contact.memory = true": self.drivetrain.wheelset.element.memory,
             "[track]": self.track != Track(),
             "[wheel_load]": self.wheel_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,

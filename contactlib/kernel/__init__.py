@@ -8,6 +8,7 @@ from contactlib.kernel.bodies import NativeCreepForces as NativeCreepForces
 from contactlib.kernel.bodies import NativeCurve as NativeCurve
 from contactlib.kernel.bodies import NativeForceElement as NativeForceElement
 from contactlib.kernel.bodies import NativeWheelset as NativeWheelset
+from contactlib.kernel.bodies import contact_memory as contact_memory
 from contactlib.kernel.bodies import contact_scales as contact_scales
 from contactlib.kernel.bodies import contact_with_force as contact_with_force
 from contactlib.kernel.bodies import creep_forces_limits as creep_forces_limits

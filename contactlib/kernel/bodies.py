@@ -62,12 +62,16 @@ def _evaluated(kind: str, function: Any, given: Sequence[Any], inputs: Any) -> N
 
 
 def contact_scales(
-    parameters: Mapping[str, float], normal_load: float, friction_scale: float = 1.0
+    parameters: Mapping[str, float],
+    normal_load: float,
+    friction_scale: float = 1.0,
+    table: NativeTable | None = None,
 ) -> Any:
-    """Struct of the saturation creepage, k_hat and process zone ratio at a load above zero."""
+    """Struct `contact_scales` at a load above zero; those of the memory need the table."""
     lib, scales = library(), ffi.new("contact_scales *")
     given = ffi.new("force_element_parameters *", dict(parameters))
-    lib.force_element_scales(given, normal_load, friction_scale, scales)
+    struct = ffi.NULL if table is None else table.struct
+    lib.force_element_scales(struct, given, normal_load, friction_scale, scales)
     return scales
 
 
@@ -132,7 +136,8 @@ class NativeForceElement:
     def evaluate_one(self, *inputs: float) -> Any:
         """Output struct at one point: the fast way for an integrator.
 
-        The inputs are omega, speed, load, friction scale and, with memory, its three states.
+        The inputs are omega, speed, load, friction scale and, with memory, the held force, the
+        unslipped part and the force of the outer zone.
         """
         given = ffi.new("force_element_input *", inputs)
         result = ffi.new("force_element_output *")
@@ -287,6 +292,20 @@ def relaxation_lengths(a_over_b: float, poisson_ratio: float) -> tuple[float, fl
     lengths = ffi.new("relaxation_lengths *")
     lib.relaxation_lengths_of(a_over_b, poisson_ratio, lengths)
     return lengths.longitudinal, lengths.lateral, lengths.spin
+
+
+def contact_memory(
+    elliptic: bool,
+    a_over_b: float,
+    poisson_ratio: float,
+    layer_ratio: float = 0.0,
+    softer: float = 0.0,
+) -> Any:
+    """Struct of relaxation lengths over a and stiffness at standstill, see `half_space.h`."""
+    lib = library()
+    memory = ffi.new("contact_memory *")
+    lib.contact_memory_of(elliptic, a_over_b, poisson_ratio, layer_ratio, softer, memory)
+    return memory
 
 
 def hertz_integral(along: float, across: float) -> float:

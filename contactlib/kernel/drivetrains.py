@@ -56,17 +56,19 @@ class NativeFleet:
         lib = library()
         self.size = len(members)
         places = np.zeros(self.size, _place_dtype())
-        contacts, of_contact = _unique([member.contact for member in members])
+        contacts, of_contact = _unique([(member.contact, member.table) for member in members])
         bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
         tracks, of_track = _unique([member.track for member in members])
-        contact = _records(contacts, struct_dtype("force_element_parameters"))
+        given = [parameters for parameters, _ in contacts]
+        contact = _records(given, struct_dtype("force_element_parameters"))
         flat = [{**drivetrain, **body} for drivetrain, body in bodies]
         drivetrain = _records(flat, _drivetrain_fields())
         scales = np.zeros(len(contacts), struct_dtype("contact_scales"))
-        for i, load in enumerate(contact["nominal_load"].tolist()):
+        for i, (parameters, table) in enumerate(contacts):
             lib.force_element_scales(
+                table.struct,
                 pointer(contact[i : i + 1], "force_element_parameters"),
-                load,
+                parameters["nominal_load"],
                 1.0,
                 pointer(scales[i : i + 1], "contact_scales"),
             )
@@ -244,6 +246,9 @@ def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.voi
     parts = [part for profile in profiles for part in profile]
     numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
     first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
+    for i, track in enumerate(tracks):
+        if track is not None and track[0] == track[1]:  # the kernel knows equal rails by address
+            first[8 * i + 2 : 8 * i + 4] = first[8 * i : 8 * i + 2]
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
     return rows.reshape(len(tracks), 12).view(_track_dtype())[:, 0], numbers

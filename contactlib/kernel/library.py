@@ -95,10 +95,15 @@ def struct_dtype(name: str) -> np.dtype[np.void]:
     """Structured dtype of a C struct of doubles."""
     library()
     fields = ffi.typeof(name).fields
-    return checked_dtype([(field, np.float64) for field, _ in fields], name)
+    return checked_dtype([(field, np.float64, _shape(of.type)) for field, of in fields], name)
 
 
-def checked_dtype(fields: list[tuple[str, Any]], struct_name: str) -> np.dtype[np.void]:
+def _shape(kind: Any) -> tuple[int, ...]:
+    """Shape of an array of doubles; that of a single one is empty."""
+    return (kind.length, *_shape(kind.item)) if kind.kind == "array" else ()
+
+
+def checked_dtype(fields: list[tuple[Any, ...]], struct_name: str) -> np.dtype[np.void]:
     """Structured dtype of these fields, which must have the size of the C struct.
 
     Raises

@@ -53,11 +53,11 @@ def run_wheelset(
     Parameters
     ----------
     fleet : NativeFleet
-        One drivetrain with a rigid axle, without motor lag and relaxation.
+        One drivetrain with a rigid axle, without motor lag.
     law : NativeLaw
         Control law of the drive torque.
     first : mapping
-        Members of the struct `run_row` at the start.
+        Members of the struct `run_row` at the start; with memory those of the contact too.
     span : tuple of float
         Start and end [s]; an end before the start runs backward.
     inputs : sequence of mapping

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from contactlib import kernel
 from contactlib.base.quantities import (
@@ -20,7 +20,7 @@ from contactlib.base.quantities import (
     derived,
 )
 from contactlib.laws.kalker import POISSON_RATIO, HalfSpaceScales, half_space_scales
-from contactlib.laws.relaxation import LINE, RelaxationLengths, of_line, standing_stiffness
+from contactlib.laws.relaxation import LINE, RelaxationLengths
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
 NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
@@ -98,6 +98,7 @@ class LineContact(Parameters):
     poisson_ratio: Annotated[float, POISSON_RATIO] = 0.3
 
     load_exponent = 0.5
+    initial_slope = 2.0  # of Carter's law
     softening = lateral_softening = 0.0
 
     def __post_init__(self) -> None:
@@ -167,6 +168,11 @@ class LineContact(Parameters):
         return 2.0 * self.normal_load_per_length / (math.pi * self.semi_width)  # Eq. (5)
 
     @property
+    def transverse_half_length(self) -> float:
+        """Half the contact's length across rolling [m]."""
+        return 0.5 * self.length
+
+    @property
     def tangential_modulus(self) -> float:
         """Modulus of the stiffness against creepage: E* [Pa]."""
         return self.contact_modulus
@@ -188,7 +194,8 @@ class LineContact(Parameters):
         error is of the order of (a/L)**2: 4 % at L = 4 a, and 1 % at 10 a. Raises ValueError if
         the length is less than 4 semi-widths.
         """
-        return of_line(self._slenderness, self.poisson_ratio)
+        memory = self.memory()
+        return RelaxationLengths(memory.relaxation_length, memory.lateral_relaxation_length, 0.0)
 
     @property
     def standing_stiffness(self) -> float:
@@ -197,14 +204,14 @@ class LineContact(Parameters):
         Mindlin's problem: q grows by 2/(ln(4 L/a) - 1 + nu/(1-nu)) of the displacement over
         `semi_width` zeta0, and by 2/`relaxation_lengths`.longitudinal of it in a first-order lag.
         """
-        nu = self.poisson_ratio
-        depth = math.log(4.0 * self._slenderness) - 1.0 + nu / (1.0 - nu)
-        return float(self.relaxation_lengths.longitudinal) / depth
+        memory = self.memory()
+        return float(memory.standing_stiffness * memory.relaxation_length / self.initial_slope)
 
-    @property
-    def _slenderness(self) -> float:
+    def memory(self, **layer: float) -> Any:
+        """Struct `contact_memory` of the kernel at the nominal load; arguments name its layer."""
         given = {"length": self.length, "semi_width": self.semi_width}
-        return derived("length/semi_width", lambda: self.length / self.semi_width, given, LINE)
+        ratio = derived("length/semi_width", lambda: self.length / self.semi_width, given, LINE)
+        return kernel.contact_memory(False, 2.0 / ratio, self.poisson_ratio, **layer)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,6 +262,7 @@ class EllipticContact(Parameters):
     theory: Theory = "half_space"
 
     load_exponent = 1.0 / 3.0
+    initial_slope = 0.75 * math.pi  # of Carter's law in strips
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -342,6 +350,11 @@ class EllipticContact(Parameters):
         """Largest pressure at the nominal load, p0 [Pa]."""
         return 1.5 * self.normal_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
 
+    @property
+    def transverse_half_length(self) -> float:
+        """Half the contact's length across rolling: `semi_axis_y` [m]."""
+        return self.semi_axis_y
+
     @cached_property
     def _scales(self) -> HalfSpaceScales:
         if self.theory == "strips":
@@ -384,11 +397,13 @@ class EllipticContact(Parameters):
 
         Mindlin's problem of a half-space, whatever the theory: 0.8 for a circle of steel.
         """
-        ratio, steady = self.semi_axis_x / self.semi_axis_y, 0.75 * math.pi
-        if self.theory == "half_space":
-            steady *= self.tangential_modulus / self.contact_modulus
-        length = float(self.relaxation_lengths.longitudinal)
-        return standing_stiffness(ratio, self.poisson_ratio) * length / steady
+        memory, steady = self.memory(), self.initial_slope * self._scales.stiffness_x
+        return float(memory.standing_stiffness * memory.relaxation_length / steady)
+
+    def memory(self, **layer: float) -> Any:
+        """Struct `contact_memory` of the kernel at the nominal load; arguments name its layer."""
+        ratio = self.semi_axis_x / self.semi_axis_y
+        return kernel.contact_memory(True, ratio, self.poisson_ratio, **layer)
 
 
 Contact = LineContact | EllipticContact

@@ -5,12 +5,10 @@ The lengths of an ellipse are those of `tools/stick_rolling.py`, as polynomials 
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import elliprd, elliprf
 
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, checked, common_shape
@@ -82,46 +80,3 @@ def relaxation_lengths(a_over_b: ArrayLike, poisson_ratio: ArrayLike) -> Relaxat
     common_shape({"a_over_b": g, "poisson_ratio": nu})
     each = np.vectorize(kernel.relaxation_lengths, otypes=[float] * 3)
     return RelaxationLengths(*map(np.asarray, each(g, nu)))
-
-
-def of_line(length: float, nu: float) -> RelaxationLengths:
-    """Lengths of a line contact whose length is in semi-widths; see `LineContact`.
-
-    The mean over its length of Cerruti's displacement by a line of tractions at the distance d is
-    that of the logarithm of 2 length/(e d), which gives l, and of d/length, which gives k.
-    """
-
-    def along(e: float, c: float) -> float:
-        lag = math.log(4.0 * length) - 1.5 + e
-        return lag + 8.0 * c / (math.pi**2 * length) * (lag + 5.0 / 3.0)
-
-    longitudinal = along(nu / (1.0 - nu), (1.0 - 2.0 * nu) / (1.0 - nu))
-    return RelaxationLengths(longitudinal, along(-nu, 1.0 + nu), 0.0)
-
-
-class LayerMemory(NamedTuple):
-    """A contact that is a layer alone, of rigid bodies: closed forms.
-
-    In full stick traction grows in proportion to the distance from the leading edge. `length` is
-    the relaxation length over a, and `stiffness` what a contact at standstill has of q for a
-    displacement over a zeta0, times the layer ratio L E*/(2 a).
-    """
-
-    length: float
-    stiffness: float
-
-
-LAYER_LINE = LayerMemory(2.0 / 3.0, 4.0 / math.pi)
-LAYER_ELLIPSE = LayerMemory(3.0 * math.pi / 16.0, 1.5)
-
-
-def standing_stiffness(a_over_b: float, nu: float) -> float:
-    """Slope dq/d(x s) of an ellipse that stands still in full stick: Mindlin's problem [1].
-
-    x s is the displacement over a zeta0, zeta0 being that of strips. Tractions grow like one over
-    the root of the Hertz pressure, and displace the centre by an integral of 1/r over all angles.
-    """
-    g = a_over_b * a_over_b
-    sine = float(elliprd(0.0, g, 1.0)) / 3.0  # integral of sin^2/sqrt(cos^2 + g sin^2)
-    cosine = float(elliprf(0.0, g, 1.0)) - sine
-    return 3.0 * (1.0 - nu) / (cosine + (1.0 - nu) * sine)

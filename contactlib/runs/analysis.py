@@ -9,11 +9,16 @@ from types import MappingProxyType
 
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import OUTCOMES, Outcome
-from contactlib.stability import clearing, creep_control_gain, delay_limit, reduced_frequency
+from contactlib.stability import (
+    clearing,
+    creep_control_gain,
+    delay_limit,
+    reduced_frequency,
+    reduced_plant,
+)
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, WorstPole
 
 DRIVING = "while driving; nan where the demand brakes"
-STEADY = "in steady rolling " + DRIVING
 LOWEST = "the track's lowest friction and slope, of any wheel and time"
 
 
@@ -22,9 +27,8 @@ class Analysis:
 
     The torque is the demand of the largest size; the patch has the smallest friction factor that
     the track has under any wheel at any time, and its smallest factor on the slope. Results that
-    several outcomes use are computed once. Clearing and the gain take rolling as steady, poles
-    contain the memory of a contact. Critical torques are for driving, where damping
-    increases them; in braking it decreases them.
+    several outcomes use are computed once. All contain the memory of a contact. Critical torques
+    are for driving, where damping increases them; in braking it decreases them.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -77,7 +81,7 @@ class Analysis:
             return 0.0, 0.0
         try:
             longest = clearing(
-                self.wheelset.without_memory(),
+                self.wheelset,
                 drive_torque=self.torque,
                 speed=self.speed,
                 friction_scale=self.patch,
@@ -97,10 +101,14 @@ class Analysis:
     @property
     def gain(self) -> float:
         """Minimum gain of creep control that stabilises the steepest point."""
-        steady = self.wheelset.without_memory()
-        worst = CreepCurve(steady, speed=self.speed).worst_pole
-        point = steady.balanced(creepage=worst.creepage, speed=self.speed)
-        return max(0.0, creep_control_gain(steady, point))
+        point = self.wheelset.balanced(creepage=self.worst.creepage, speed=self.speed)
+        return max(0.0, creep_control_gain(self.wheelset, point))
+
+    @property
+    def delay_limit(self) -> float:
+        """Delay beyond which no gain stabilises it."""
+        plant = reduced_plant(self.wheelset, self.worst.creepage, speed=self.speed)
+        return delay_limit(self.worst.pole, plant.zeros, plant.poles)
 
 
 def _fold(curve: CreepCurve) -> Fold | None:
@@ -174,23 +182,23 @@ ANALYSES = {
     "delay_limit": Outcome(
         "s",
         "delay beyond which no gain holds the falling branch's steepest point",
-        analyse=lambda a: delay_limit(a.worst.pole),
+        analyse=lambda a: a.delay_limit,
         infinite="any delay",
     ),
     "required_gain": Outcome(
         "N.m",
-        "smallest gain of creep control that holds the steepest point in steady rolling",
+        "smallest gain of creep control that holds the steepest point",
         analyse=lambda a: a.gain,
         zero="needs none",
     ),
     "clearing_time": _clearing(
         "s",
-        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {STEADY}",
+        f"longest time on {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
         analyse=lambda a: a.clearing[0],
     ),
     "clearing_distance": _clearing(
         "m",
-        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {STEADY}",
+        f"longest stretch of {LOWEST}, factor 1 before, that the largest demand survives {DRIVING}",
         analyse=lambda a: a.clearing[1],
     ),
 }

@@ -191,8 +191,10 @@ def continuous_result(
     """Make a result from time, states, inputs and, if there are any, works.
 
     The demand of creep control is its largest torque. The available force is left out, as it takes
-    a search in every row.
+    a search in every row. Without states of the memory the forces are those of steady rolling.
     """
+    if "held_force" not in columns:
+        wheelset = wheelset.without_memory()
     count = columns["time"].size
     inputs = np.zeros((count, 1), kernel.drivetrain_dtype("input"))
     states = np.zeros((count, 1), kernel.drivetrain_dtype("state"))
@@ -204,7 +206,22 @@ def continuous_result(
         **dict.fromkeys(("friction_left", "friction_right"), friction),
         "slope": np.ones(count),
     }
-    of_states = {"omega_left": columns["omega"], "omega_right": columns["omega"], **columns}
+    memory = {
+        f"{state}_{side}": columns[name]
+        for side in ("left", "right")
+        for state, name in (
+            ("held", "held_force"),
+            ("unslipped", "unslipped"),
+            ("outer", "outer_force"),
+        )
+        if name in columns
+    }
+    of_states = {
+        "omega_left": columns["omega"],
+        "omega_right": columns["omega"],
+        **columns,
+        **memory,
+    }
     for records, values in ((inputs, of_inputs), (states, of_states)):
         for name in set(records.dtype.names or ()) & set(values):
             records[name][:, 0] = values[name]
@@ -224,5 +241,9 @@ def continuous_result(
         **columns,
         **{name: contact[name].copy() for name in ("normalized_creepage", "traction_coefficient")},
     }
+    if wheelset.element.memory:
+        load, force = columns["normal_load"], block["creep_force"][:, 0]
+        shares = np.divide(force, load, out=np.zeros(count), where=load > 0.0)
+        known["traction_coefficient"] = shares
     signals = {name: known[name] if name in known else block[name][:, 0].copy() for name in units}
     return Result(columns["time"], signals, units, events)

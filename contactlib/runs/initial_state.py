@@ -70,8 +70,9 @@ def start(
     states["omega_left"] = states["omega_right"] = omega
     steady = fleet.evaluate(inputs, states)
     for side in ("left", "right"):
-        states[f"traction_{side}"] = steady[f"steady_{side}"]
+        states[f"held_{side}"] = steady[f"steady_{side}"]
         states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
+        states[f"outer_{side}"] = steady[f"steady_outer_{side}"]
     _twist(scenarios, fleet, inputs, states, torque, creepages)
     return Start(states, torque, refused)
 

@@ -35,7 +35,8 @@ from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
 
-STATES = ("speed", "omega", "memory", "distance", *WORKS)
+HELD = ("held_force", "unslipped", "outer_force")  # states of a contact with memory
+STATES = ("speed", "omega", "memory", *HELD, "distance", *WORKS)
 
 
 def _stretches(
@@ -84,7 +85,7 @@ def simulate(
     initial_creepage : float, optional
         Creepage at the start [1]. Default: the reference creepage of creep control, or the
         creepage on the stable branch that holds the first torque; below the minimum speed and
-        backwards, zero.
+        backwards, zero. A contact with memory has rolled steadily before.
     normal_load, friction_scale, resistance_force : float or Profile, optional
         Inputs over time [N, 1, N].
     slip_away_creepage : float, optional
@@ -103,8 +104,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If a value is out of range, no stable operating point gives the first torque, or the contact
-        has memory, which `run_scenario` simulates.
+        If a value is out of range, or no stable operating point gives the first torque.
     RuntimeError
         If the integrator cannot meet the tolerance.
 
@@ -113,11 +113,6 @@ def simulate(
     InputWarning
         If the run's rim speed, slip work or creepage would destroy a vehicle.
     """
-    if wheelset.element.memory:
-        raise ValueError(
-            "the contact's memory = True must be False (in a file: memory = false in [contact]): "
-            "run_scenario simulates such a contact"
-        )
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval
     )
@@ -177,6 +172,12 @@ def simulate(
     }
     crossings = [{**event, "ends": name in stop_at} for name, event in passing.items()]
     row = {"speed": initial_speed, "omega": omega, "memory": controller.start(torque)}
+    rolling = omega, initial_speed, given["normal_load"], given["friction_scale"]
+    contact = wheelset.element.rolling_native.evaluate_one(*rolling)
+    steady = contact.steady_force, contact.sticking, contact.steady_outer
+    row |= dict(zip(HELD, steady, strict=True))
+    held = wheelset.element.friction.kinetic * nominal_load
+    scale |= dict(zip(HELD, (held, 1.0, held), strict=True))
     train = Drivetrain(wheelset).native
     parts: list[Any] = []
     inputs: list[dict[str, FloatArray]] = []
@@ -209,7 +210,7 @@ def simulate(
     whole = np.concatenate(parts)
     columns = {
         name: whole[name].copy()
-        for name in ("time", "omega", "speed", "drive_torque", "distance", *WORKS)
+        for name in ("time", "omega", "speed", "drive_torque", *HELD, "distance", *WORKS)
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events))

@@ -93,29 +93,47 @@ def move_until(
         If no level is passed within the horizon.
     """
     omega = (1.0 + creepage) * at.speed / wheelset.radius
+    first = {"speed": at.speed, "omega": omega}
+    run = motion(wheelset, first, *crossings, at=at, drive_torque=drive_torque, horizon=horizon)
+    if not run.stopped:
+        raise RuntimeError(f"not there after {horizon:.6g} s")
+    _, zeta, end = run.events[-1]
+    return Arrival(*(float(x) for x in (end["time"], zeta, end["speed"], end["distance"])))
+
+
+def motion(
+    wheelset: Wheelset,
+    first: Mapping[str, float],
+    *crossings: Mapping[str, float],
+    at: Conditions,
+    drive_torque: float,
+    horizon: float,
+) -> kernel.NativeRun:
+    """Integrate the equations of motion from a row to a horizon, or the first level passed.
+
+    Parameters as for `move_until`; `first` holds the states at the start, with those of the memory.
+    """
     inputs = {
         "reference": drive_torque,
         "normal_load": at.normal_load,
         "friction_scale": at.friction_scale,
         "resistance_force": at.resistance_force,
     }
+    held = wheelset.element.friction.kinetic * at.normal_load
     scale = {"speed": at.speed, "distance": at.speed * abs(horizon)}
+    scale |= {"held_force": held, "unslipped": 1.0, "outer_force": held}
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
     scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
-    run = kernel.run_wheelset(
+    return kernel.run_wheelset(
         Drivetrain(wheelset).native,
         TorqueControl(Profile.of(drive_torque)).native,
-        {"speed": at.speed, "omega": omega},
+        first,
         span=(0.0, horizon),
         inputs=(inputs, inputs),
         crossings=[{**crossing, "ends": True} for crossing in crossings],
         tolerance=1e-9,
         scale=scale,
     )
-    if not run.stopped:
-        raise RuntimeError(f"not there after {horizon:.6g} s")
-    _, zeta, end = run.events[-1]
-    return Arrival(*(float(x) for x in (end["time"], zeta, end["speed"], end["distance"])))
 
 
 class Basin(NamedTuple):

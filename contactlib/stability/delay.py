@@ -1,6 +1,7 @@
 """Gains that stabilise the plant g/(s - p) in a loop with delay, lag and sampling.
 
-The smallest gain is that of the static balance, g Kp = p, for any loop. The largest is the first
+A contact with memory adds zeros and poles to the plant. The smallest gain is that of the static
+balance, g Kp = p without memory, for any loop. The largest is the first
 at which a root reaches the imaginary axis (the unit circle if sampled). Beyond a certain delay
 there is no gain between them.
 """
@@ -8,6 +9,7 @@ there is no gain between them.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,34 +51,38 @@ class Window(NamedTuple):
 def proportional_window(
     pole: float,
     gain: float = 1.0,
+    zeros: Sequence[complex] = (),
+    poles: Sequence[complex] = (),
     *,
     delay: float = 0.0,
     lag: float = 0.0,
     sample_time: float = 0.0,
 ) -> Window:
-    """All gains Kp with which u = -Kp y stabilises y = g/(s - p) u with delay, lag and hold.
+    """All gains Kp with which u = -Kp y stabilises y = G(s) u with delay, lag and hold.
 
-    The result is exact. Without sampling a root i w of (s - p)(1 + lag s) + g Kp exp(-delay s)
-    requires
+    G = g/(s - p) prod (s - z_i)/(s - p_i), whose zeros and further poles are those of a contact
+    with memory. The result is exact. Without sampling a root i w of the loop requires, for
+    G = g/(s - p),
 
         atan2(w, p) = w delay + atan(w lag),   (g Kp)**2 = (p**2 + w**2)(1 + (w lag)**2),
 
     and for a delay alone p delay = theta/tan(theta) and g Kp = p/cos(theta), theta = w delay. With
     sampling, y is read every `sample_time`, the control is held in between, and `delay` (a whole
-    number of samples or not) is the time from reading to acting. The lag of a contact with memory
-    does not enter, because it nearly vanishes on the falling branch.
+    number of samples or not) is the time from reading to acting.
 
     Parameters
     ----------
     pole, gain : float
         p [1/s] and g [1/(N.m.s)]. With g = 1 the result is the range of g Kp [1/s].
+    zeros, poles : sequence of complex, optional
+        z_i and p_i, as many and with negative real parts, as `reduced_plant` gives them [1/s].
     delay, lag, sample_time : float
         Times of the loop [s]; zero if absent.
 
     Returns
     -------
     Window
-        Empty, both ends p/g, if there is no such gain.
+        Empty, both ends the smallest gain, if there is no such gain.
 
     Raises
     ------
@@ -85,6 +91,7 @@ def proportional_window(
     """
     p = checked_number("pole", pole, RATES)
     g = checked_number("gain", gain, MODERATE_POSITIVE)
+    memory = _memory(zeros, poles)
     tau, slow = _time("delay", delay), _time("lag", lag)
     step = _time("sample_time", sample_time)
     for name, time, limit in (("delay", tau, MAX_SAMPLES), ("lag", slow, SLOW)):
@@ -93,8 +100,43 @@ def proportional_window(
                 f"{name} = {time!r} is out of range: must be <= {limit:g} times "
                 f"sample_time = {step!r}"
             )
-    highest = _sampled(p, tau, slow, step) if step > 0.0 else _continuous(p, tau, slow)
-    return Window(p / g, max(p, highest) / g)
+    lowest = p * memory.static
+    find = _continuous(p, memory, tau, slow)
+    if step > 0.0:
+        find = _sampled(p, memory, tau, slow, step)
+    return Window(lowest / g, max(lowest, find) / g)
+
+
+class _Memory(NamedTuple):
+    """Zeros and poles that a contact with memory adds to the plant [1/s]."""
+
+    zeros: NDArray[np.complex128]
+    poles: NDArray[np.complex128]
+
+    @property
+    def static(self) -> float:
+        """Inverse of their factor at zero frequency [1]."""
+        return float(np.prod(self.poles / self.zeros).real)
+
+    @property
+    def lead(self) -> float:
+        """Time by which their factor leads at zero frequency [s]."""
+        return float((np.sum(1.0 / self.poles) - np.sum(1.0 / self.zeros)).real)
+
+    def inverse(self, w: float) -> complex:
+        """Inverse of their factor at an angular frequency."""
+        return complex(np.prod((1j * w - self.poles) / (1j * w - self.zeros)))
+
+
+def _memory(zeros: Sequence[complex], poles: Sequence[complex]) -> _Memory:
+    """Check them."""
+    memory = _Memory(*(np.asarray(v, dtype=np.complex128) for v in (zeros, poles)))
+    if memory.zeros.shape != memory.poles.shape or memory.zeros.ndim != 1:
+        raise ValueError(f"zeros = {zeros!r} must be as many as poles = {poles!r}")
+    for name, values in zip(memory._fields, memory, strict=True):
+        if not (np.isfinite(values).all() and (values.real < 0.0).all()):
+            raise ValueError(f"{name} = {values.tolist()!r} must have negative real parts")
+    return memory
 
 
 def _time(name: str, value: float) -> float:
@@ -103,32 +145,36 @@ def _time(name: str, value: float) -> float:
     return time if time > NO_TIME else 0.0
 
 
-def _continuous(pole: float, delay: float, lag: float) -> float:
-    """Largest g Kp [1/s], or `pole` if no gain does."""
-    if pole * (delay + lag) >= 1.0:
-        return pole
-    if delay == 0.0:  # the phase never reaches -180 degrees
+def _continuous(pole: float, memory: _Memory, delay: float, lag: float) -> float:
+    """Largest g Kp [1/s], or the smallest if no gain does."""
+    least = pole * memory.static
+    if pole * (delay + lag - memory.lead) >= 1.0:
+        return least
+    if delay == 0.0 and not memory.zeros.size:  # the phase never reaches -180 degrees
         return math.inf
 
     def lead(w: float) -> float:
         """Phase distance to -180 degrees."""
-        return math.atan2(w, pole) - w * delay - math.atan(w * lag)
+        ahead = float(np.sum(np.angle(1j * w - memory.zeros) - np.angle(1j * w - memory.poles)))
+        return math.atan2(w, pole) - w * delay - math.atan(w * lag) + ahead
 
+    if delay == 0.0:
+        return math.inf if lead(1e9 * max(1.0, abs(pole))) > -1e-9 else least
     # It rises from zero (or falls from pi) and then keeps falling, to below zero at w = pi/delay.
     top = math.pi / delay
     low = 0.5 * top
     while lead(low) <= 0.0:
         low *= 0.5
         if low < 1e-9 * top:  # lost in rounding, as pole * (delay + lag) is so close to 1
-            return pole
+            return least
     w = float(brentq(lead, low, top, xtol=1e-15 * top, rtol=1e-14))
-    return math.hypot(pole, w) * math.hypot(1.0, w * lag)
+    return math.hypot(pole, w) * math.hypot(1.0, w * lag) * abs(memory.inverse(w))
 
 
 def sampled_loop(
-    pole: float, delay: float, lag: float, sample_time: float
+    pole: float, memory: _Memory, delay: float, lag: float, sample_time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Pulse transfer function of 1/(s - p) behind a hold, a delay and a lag.
+    """Pulse transfer function of 1/(s - p) and a memory behind a hold, a delay and a lag.
 
     Returns
     -------
@@ -139,10 +185,13 @@ def sampled_loop(
     """
     whole = math.floor(delay / sample_time + 1e-9)
     part = max(delay - whole * sample_time, 0.0)  # delay of the control within its interval
-    if lag > 0.0:  # creepage, torque
-        a, b = np.array([[pole, 1.0], [0.0, -1.0 / lag]]), np.array([0.0, 1.0 / lag])
-    else:
-        a, b = np.array([[pole]]), np.array([1.0])
+    denominator = np.poly([pole, *memory.poles]).real
+    a = np.eye(len(denominator) - 1, k=-1)  # companion form
+    a[0] = -denominator[1:]
+    b, output = np.eye(len(a))[0], np.atleast_1d(np.poly(memory.zeros)).real
+    if lag > 0.0:  # the torque follows its command
+        a = np.block([[a, b[:, np.newaxis]], [np.zeros(len(b)), -1.0 / lag]])
+        b, output = np.append(0.0 * b, 1.0 / lag), np.append(output, 0.0)
     n = len(b)
 
     def held(time: float) -> tuple[FloatArray, FloatArray]:
@@ -158,22 +207,21 @@ def sampled_loop(
     plant = np.poly(step)
 
     def response(forcing: FloatArray) -> FloatArray:
-        """Numerator of (1, 0, ..) (z - step)**-1 forcing, by the determinant lemma."""
-        output = np.zeros(n)
-        output[0] = 1.0
+        """Numerator of output (z - step)**-1 forcing, by the determinant lemma."""
         return np.asarray((np.poly(step - np.outer(forcing, output)) - plant)[1:])
 
     numerator = np.append(response(new), 0.0) + np.append(0.0, response(old))
     return numerator, np.append(plant, np.zeros(whole + 1))
 
 
-def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float:
-    """Largest g Kp [1/s], or `pole` if no gain does."""
+def _sampled(pole: float, memory: _Memory, delay: float, lag: float, sample_time: float) -> float:
+    """Largest g Kp [1/s], or the smallest if no gain does."""
+    least = pole * memory.static
     # No gain stabilises from p delay = 1 on; and the window's ends are at most a factor
     # coth(p sample_time/2) apart, which rounding turns into 1 beyond 40.
-    if pole * delay >= 1.0 or pole * sample_time > 40.0:
-        return pole
-    numerator, denominator = sampled_loop(pole, delay, lag, sample_time)
+    if pole * (delay - max(memory.lead, 0.0)) >= 1.0 or pole * sample_time > 40.0:
+        return least
+    numerator, denominator = sampled_loop(pole, memory, delay, lag, sample_time)
     plant, late = denominator[: len(numerator)], len(denominator) - len(numerator)
 
     def needed(angle: FloatArray) -> NDArray[np.complex128]:
@@ -184,30 +232,39 @@ def _sampled(pole: float, delay: float, lag: float, sample_time: float) -> float
     def phase(angle: float) -> float:
         return float(needed(np.asarray(angle)).imag)
 
-    # The gain grows along the circle from p at z = 1. The delay alone turns it by `late` times the
-    # angle, so it is real again by 4 pi/late: there the first root after p reaches the circle. The
-    # roots on the circle at p move inwards if and only if the gain starts below the real axis.
+    # The gain grows along the circle from the least at z = 1. The delay alone turns it by `late`
+    # times the angle, so it is real again by 4 pi/late: there the first root after it reaches the
+    # circle. The roots on the circle there move inwards if and only if the gain starts below the
+    # real axis.
     top = math.pi * min(1.0, 4.0 / late)
     angles = top * np.append(np.geomspace(1e-6, 2e-3, 200), np.arange(2, 512) / 512.0)
     values = needed(angles).imag
     if values[0] >= 0.0:
-        return pole
+        return least
     crossings = [
         brentq(phase, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-14)
         for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
     ]
     gains = needed(np.array([*crossings, math.pi])).real
-    return float(next((k for k in gains if k > pole), pole))
+    return float(next((k for k in gains if k > least), least))
 
 
-def delay_limit(pole: float, *, robust: bool = False) -> float:
+def delay_limit(
+    pole: float,
+    zeros: Sequence[complex] = (),
+    poles: Sequence[complex] = (),
+    *,
+    robust: bool = False,
+) -> float:
     """Longest delay with which a gain can stabilise a pole p > 0: 1/p, robustly 0.3/p [s].
 
     Up to 0.3/p there is a gain with a largest sensitivity of about 2, which may be wrong by a
-    factor of two. The limit is infinite for a pole that is not unstable.
+    factor of two. The limit is infinite for a pole that is not unstable. The zeros and poles of a
+    contact with memory, as in `proportional_window`, lengthen 1/p by their lead
+    sum(1/p_i) - sum(1/z_i).
     """
-    p = checked_number("pole", pole, MODERATE)
-    return math.inf if p <= 0.0 else (0.3 if robust else 1.0) / p
+    p, memory = checked_number("pole", pole, MODERATE), _memory(zeros, poles)
+    return math.inf if p <= 0.0 else (0.3 if robust else 1.0) * (1.0 / p + memory.lead)
 
 
 def sampled_delay(*, delay: float = 0.0, lag: float = 0.0, sample_time: float = 0.0) -> float:

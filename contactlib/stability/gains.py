@@ -7,6 +7,8 @@ g = r/(J V) and p the fast pole.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
@@ -22,7 +24,7 @@ from contactlib.base.quantities import (
     common_shape,
 )
 from contactlib.stability.delay import Window, proportional_window, sampled_delay
-from contactlib.stability.poles import fast_pole, steady_rolling
+from contactlib.stability.poles import fast_pole
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset
@@ -43,6 +45,8 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
         r |Q'| (1 + J (1 + zeta)/(M r**2)) - (V/r) (b + J F'/M),
 
     and at held speed both become r |Q'| - b V/r. Damping thus raises the gain of a free wheelset.
+    Memory of the contact does not change it: at the limit nothing moves, so the contact rolls
+    steadily.
 
     Examples
     --------
@@ -67,21 +71,27 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     at = wheelset.conditions(
         speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
     )
-    steady = steady_rolling(wheelset, "creep_control_gain", at)
-    return float(CreepCurve(steady, at).minimum_gain(point.creepage))
+    return float(CreepCurve(wheelset, at).minimum_gain(point.creepage))
 
 
 class ReducedPlant(NamedTuple):
-    """Transfer function g/(s - p) from drive torque to creepage about an operating point.
+    """Transfer function from drive torque to creepage about an operating point.
+
+    G = g/(s - p) prod (s - z_i)/(s - p_i); zeros and further poles are those of a contact with
+    memory.
 
     Attributes
     ----------
     pole, gain : float
         p [1/s] and g [1/(N.m.s)].
+    zeros, poles : tuple of complex
+        z_i and p_i [1/s]; none without memory.
     """
 
     pole: float
     gain: float
+    zeros: tuple[complex, ...] = ()
+    poles: tuple[complex, ...] = ()
 
 
 def reduced_plant(
@@ -92,6 +102,9 @@ def reduced_plant(
 ) -> ReducedPlant:
     """Fast pole at an operating point, and g = r/(J V); exact for a held speed.
 
+    Zeros and further poles of a contact with memory are those at held speed, on the side of a
+    slip-away: see `Wheelset.jacobians`.
+
     Parameters
     ----------
     wheelset : Wheelset
@@ -101,11 +114,31 @@ def reduced_plant(
     at, **given
         Conditions, as `Wheelset.conditions` takes them: ``speed`` [m/s], and others if they are not
         nominal.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the wheel vibrates on a contact with memory.
     """
     at = wheelset.conditions(at, **given)
     zeta = checked_number("creepage", creepage, FINITE)
-    pole = fast_pole(wheelset, zeta, **at.contact)
-    return ReducedPlant(float(pole), wheelset.radius / (wheelset.inertia * at.speed))
+    pole = float(fast_pole(wheelset, zeta, **at.contact))
+    gain = wheelset.radius / (wheelset.inertia * at.speed)
+    if not wheelset.element.memory:
+        return ReducedPlant(pole, gain)
+    matrix = replace(wheelset, mass=None).jacobians(zeta, **at.contact)
+    if (matrix[:-1, -1] == 0.0).all():  # no force depends on the unslipped part
+        matrix = matrix[:-1, :-1]
+    zeros = np.linalg.eigvals(matrix[1:, 1:])
+    all_poles = np.linalg.eigvals(matrix)
+    own = int(np.argmin(np.abs(all_poles - pole)))
+    if all_poles[own].imag != 0.0:
+        raise ValueError(
+            f"creepage = {zeta!r}, speed = {at.speed!r}: the wheel vibrates on its contact, so "
+            "that the plant has no real pole there; Wheelset.linearize has its states"
+        )
+    poles = np.delete(all_poles, own)
+    return ReducedPlant(pole, gain, tuple(zeros.tolist()), tuple(poles.tolist()))
 
 
 def pi_stable(
@@ -179,11 +212,13 @@ def controllability(
     pole: float,
     *,
     gain: float = 1.0,
+    zeros: Sequence[complex] = (),
+    poles: Sequence[complex] = (),
     delay: float = 0.0,
     lag: float = 0.0,
     sample_time: float = 0.0,
 ) -> Controllability:
-    """Whether, and with which margin, proportional creep control stabilises g/(s - p).
+    """Whether, and with which margin, proportional creep control stabilises `ReducedPlant`.
 
     The plant is the wheelset at held speed. A free wheelset with a damped drive may need several
     times the smallest of these gains: `creep_control_gain`.
@@ -194,6 +229,8 @@ def controllability(
         p, such as that of `worst_pole` [1/s].
     gain : float, optional
         g = r/(J V) [1/(N.m.s)]. Default: 1, so that the window is that of g Kp [1/s].
+    zeros, poles : sequence of complex, optional
+        Of a contact with memory, as in `proportional_window` [1/s].
     delay, lag, sample_time : float, optional
         Times of the loop, as in `proportional_window` [s].
 
@@ -207,7 +244,9 @@ def controllability(
     >>> print(controllability(70.0, delay=9e-3).text)
     not robust: pole 70 1/s, delay 9 ms, p tau 0.63; g Kp must lie between 70 and 132.8 1/s
     """
-    window = proportional_window(pole, gain, delay=delay, lag=lag, sample_time=sample_time)
+    window = proportional_window(
+        pole, gain, zeros, poles, delay=delay, lag=lag, sample_time=sample_time
+    )
     p_tau = pole * sampled_delay(delay=delay, lag=lag, sample_time=sample_time)
     low, high = window.lowest * gain, window.highest * gain  # g Kp
     verdict: Literal["holds", "not robust", "impossible"] = "holds"

@@ -7,13 +7,14 @@ Closed forms of the linearisation in `vehicle.wheelset`. With kappa = Q'/V and F
 
 whose off-diagonal elements have the same sign: both eigenvalues are real, and the first one crosses
 zero where the determinant vanishes. A contact with memory adds its states to the linearisation,
-whose eigenvalues are then computed numerically.
+whose eigenvalues are then computed numerically; they are those of a slip-away, as
+`Wheelset.jacobians` states.
 """
 
 from __future__ import annotations
 
 import warnings
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +32,7 @@ from contactlib.base.quantities import (
 from contactlib.element.force_element import RangeWarning, creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve, WorstPole
-from contactlib.vehicle.wheelset import Wheelset
+from contactlib.vehicle.wheelset import Wheelset, of_the_motion
 
 # Reduced frequency up to which slip-away and limit cycles of the steady law are within 5 % of those
 # of a contact with memory; see `reduced_frequency`.
@@ -107,8 +108,8 @@ def poles(
     -------
     ndarray, shape (..., n)
         One eigenvalue if the speed is held, else two: those of creepage and vehicle speed. They
-        are real unless friction falls with slip speed. A contact with memory adds that of its held
-        force.
+        are real unless friction falls with slip speed. A contact with memory adds those of its
+        held force and of its unslipped part, on the side of a slip-away: see `Wheelset.jacobians`.
 
     Raises
     ------
@@ -126,11 +127,7 @@ def poles(
     given = {"normal_load": load, "friction_scale": friction_scale}
     contact = wheelset.element.evaluate(omega=(1.0 + zeta) * v / r, speed=v, **given)
     if wheelset.element.memory:
-        eigenvalues = np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given))
-        eigenvalues = eigenvalues.astype(np.complex128)
-        return np.take_along_axis(
-            eigenvalues, np.argsort(-eigenvalues.real, axis=-1, kind="stable"), axis=-1
-        )
+        return _by_growth(np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given)))
     by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
@@ -142,8 +139,12 @@ def poles(
     root = np.sqrt((trace**2 - 4.0 * determinant).astype(np.complex128))
     larger = 0.5 * (trace + np.where(trace < 0.0, -root, root))  # without cancellation
     smaller = np.divide(determinant, larger, out=np.zeros_like(larger), where=larger != 0.0)
-    both = np.stack([larger, smaller], axis=-1)
-    return np.take_along_axis(both, np.argsort(-both.real, axis=-1, kind="stable"), axis=-1)
+    return _by_growth(np.stack([larger, smaller], axis=-1))
+
+
+def _by_growth(eigenvalues: NDArray[Any]) -> NDArray[np.complex128]:
+    order = np.argsort(-eigenvalues.real, axis=-1, kind="stable")
+    return np.take_along_axis(eigenvalues.astype(np.complex128), order, axis=-1)
 
 
 def fast_pole(
@@ -158,11 +159,15 @@ def fast_pole(
 
     Arguments as for `poles`. For a held speed it is the only eigenvalue; for a free wheelset the
     unstable one or, if both are stable, the one farther from zero. `approximate_pole` is close.
-    The eigenvalues that a contact with memory adds count if they decay more slowly.
+    Of a contact with memory it is the growth of a slip-away, see `Wheelset.jacobians`; the
+    eigenvalue of the held force counts if it decays more slowly.
     """
-    both = poles(
-        wheelset, creepage, speed=speed, normal_load=normal_load, friction_scale=friction_scale
-    ).real
+    load = wheelset.element.normal_load if normal_load is None else normal_load
+    given = {"speed": speed, "normal_load": load, "friction_scale": friction_scale}
+    both = poles(wheelset, creepage, **given).real
+    if wheelset.element.memory:
+        matrices = of_the_motion(wheelset.jacobians(creepage, **given))
+        both = _by_growth(np.linalg.eigvals(matrices)).real
     first, own = both[..., 0], both[..., 0 if wheelset.speed_held else 1]
     return np.asarray(np.where(first > 0.0, first, own))
 
@@ -182,9 +187,9 @@ def reduced_frequency(
 ) -> FloatArray:
     """Rate of a change times the time in which the wheel rolls a semi-width, |rate| a/V [1].
 
-    Poles and linearised systems contain the memory of a contact. Slip-away and clearing times, the
-    basin and the minimum gain take rolling as steady: up to 0.5 the errors of slip-away times and
-    limit cycles are below about 5 %.
+    Poles, linearised systems, gains, delays, clearing times and simulations contain the memory of a
+    contact. Slip-away times, the basin and the range of limit cycles take rolling as steady: up to
+    0.5 the errors of slip-away times and limit cycles are below about 5 %.
 
     Parameters
     ----------
@@ -262,7 +267,7 @@ def steady_rolling(wheelset: Wheelset, name: str, at: Conditions) -> Wheelset:
     warnings.warn(
         f"{name} takes rolling as steady, although the contact has memory: at {at.speed:g} m/s "
         f"the largest pole has the reduced frequency p a/V = {frequency:.2g}; above "
-        f"{STEADY_ROLLING:g} errors exceed 5 %",
+        f"{STEADY_ROLLING:g} errors exceed 5 %, and simulate or run_scenario contain the memory",
         SteadyRollingWarning,
         stacklevel=3,
     )

@@ -83,7 +83,7 @@ class OperatingPoint:
         F' = dF/dV [N.s/m].
     jacobian : ndarray
         Jacobian over `Wheelset.states`: omega and, unless it is held, speed; with memory the held
-        traction, too [1/s, ...].
+        force and the unslipped part, too [1/s, ...].
     """
 
     omega: float

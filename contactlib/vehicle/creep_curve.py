@@ -23,7 +23,7 @@ from scipy.optimize import minimize_scalar
 from contactlib.base.quantities import FloatArray, checked
 from contactlib.element.force_element import creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions
-from contactlib.vehicle.wheelset import Wheelset, checked_torque
+from contactlib.vehicle.wheelset import Wheelset, checked_torque, of_the_motion
 
 
 class Peak(NamedTuple):
@@ -153,7 +153,8 @@ class CreepCurve:
 
         -(r/(J V)) dT_s/dzeta: negative where the torque rises. For a held speed it is the pole of
         the wheelset; for a free one it is the fast pole up to terms of the size of F'/M. Of a
-        contact with memory it is the largest real part of the eigenvalues, which has the same sign.
+        contact with memory it is the largest real part of the eigenvalues, which has the same sign,
+        on the side of a slip-away (`Wheelset.jacobians`).
         """
         return self._pole(self._points(creepage))
 
@@ -164,7 +165,7 @@ class CreepCurve:
     def minimum_gain(self, creepage: ArrayLike) -> FloatArray:
         """Smallest proportional gain of creep control that holds creepages [N.m].
 
-        Rolling is taken as steady. See `contactlib.stability.creep_control_gain`.
+        With memory too: see `contactlib.stability.creep_control_gain`.
         """
         return np.asarray(self._points(creepage)["minimum_gain"])
 
@@ -246,7 +247,7 @@ class CreepCurve:
 
     def _growth(self, creepage: FloatArray) -> FloatArray:
         """Largest real part of the eigenvalues at creepages [1/s]."""
-        matrices = self.wheelset.jacobians(creepage, **self.at.contact)
+        matrices = of_the_motion(self.wheelset.jacobians(creepage, **self.at.contact))
         return np.asarray(np.linalg.eigvals(matrices).real.max(axis=-1))
 
     def states(self, creepage: ArrayLike) -> SteadyStates:
@@ -262,7 +263,7 @@ class CreepCurve:
         if not body.element.memory:
             return np.asarray(-body.radius * points["slope"] / (body.inertia * self.at.speed))
         creepage = points["creepage"]
-        matrices = body.jacobians(creepage, **self.at.contact)
+        matrices = of_the_motion(body.jacobians(creepage, **self.at.contact))
         if not body.speed_held:  # of the slip velocity, which the vehicle's acceleration changes
             rolling = (1.0 + creepage[..., np.newaxis]) / body.radius
             matrices[..., 0, :] -= rolling * matrices[..., 1, :]

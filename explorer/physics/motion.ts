@@ -43,8 +43,9 @@ export class Motion {
   private rollSteadily(): void {
     const out = this.output();
     Object.assign(this.drivetrain.state, {
-      traction_left: out.steady_left, traction_right: out.steady_right,
+      held_left: out.steady_left, held_right: out.steady_right,
       unslipped_left: out.sticking_left, unslipped_right: out.sticking_right,
+      outer_left: out.steady_outer_left, outer_right: out.steady_outer_right,
     });
   }
 

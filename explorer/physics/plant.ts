@@ -40,7 +40,8 @@ export class Plant {
     demand("speed", speed, { at_least: this.vehicle.minimum_speed });
     const input = {
       omega: this.omega(creepage, speed), speed, normal_load: this.normalLoad,
-      friction_scale: friction, held_traction: 0, held_lateral: 0, unslipped: 1, lateral_velocity: 0, spin_velocity: 0,
+      friction_scale: friction, held_force: 0, unslipped: 1, outer_force: 0,
+      held_lateral: 0, outer_lateral: 0, lateral_velocity: 0, spin_velocity: 0,
     };
     return kernel.filled("force_element_output", (to) =>
       kernel.module.force_element_evaluate(

@@ -42,13 +42,13 @@ export function contactModulus(v: Vehicle): number {
   return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
 }
 
-/** zeta0, k_hat and process zone ratio under a load [N], without slip speed. */
+/** zeta0, k_hat and process zone ratio under a load [N], without slip speed; none of the memory. */
 export function scalesOf(
   parameters: ForceParameters, load = parameters.nominal_load, friction = 1,
 ): Structs["contact_scales"] {
   return kernel.filled("contact_scales", (to) =>
     kernel.module.force_element_scales(
-      kernel.given("force_element_parameters", parameters), load, friction, to));
+      0, kernel.given("force_element_parameters", parameters), load, friction, to));
 }
 
 /** Parameters of the force element, without memory, for a weakening length [m]. */
@@ -67,10 +67,9 @@ export function weakenedOver(v: Vehicle, weakening_length: number): ForceParamet
     nominal_load: v.normal_load,
     load_exponent: line ? 1 / 2 : 1 / 3, // Hertz
     elliptic: line ? 0 : 1,
-    relaxation_length: 0,
-    lateral_relaxation_length: 1, // not used without lateral slip
-    standing_stiffness: 1, // not used without memory
-    initial_slope: 1,
+    memory: 0,
+    body_modulus: contactModulus(v),
+    transverse_half_length: lateralSemiAxis(v) * (line ? 2 / 3 : 1),
   };
 }
 
@@ -89,49 +88,13 @@ export function forceParameters(v: Vehicle): ForceParameters {
 
 /** The same as the contact moves: with its memory, if it has one. */
 export function rollingParameters(v: Vehicle): ForceParameters {
-  const steady = forceParameters(v);
-  if (!v.memory) return steady;
-  const line = v.contact === "line", table = kernel.tables[v.contact];
-  const [length, standing] = line ? memoryOfLine(v)
-    : memoryOfEllipse(v, steady.contact_modulus / contactModulus(v));
-  const { k_hat, layer_ratio } = scalesOf(steady);
-  const slope = (layer: number): number => kernel.filled("creep_value", (to) =>
-    kernel.module.creep_table_evaluate(table, 0, k_hat, layer, to)).slope;
-  // A layer adds its compliance, see contactlib/laws/relaxation.py.
-  const initial_slope = slope(layer_ratio), clean = slope(0), softer = clean / initial_slope - 1;
-  const whole = (length + softer * (line ? 2 / 3 : (3 * Math.PI) / 16)) / (1 + softer);
-  const compliance = length / (standing * clean) + layer_ratio / (line ? 4 / Math.PI : 1.5);
-  return {
-    ...steady,
-    relaxation_length: whole * v.semi_width,
-    standing_stiffness: whole / initial_slope / compliance,
-    initial_slope,
-  };
-}
-
-/** Relaxation length over the semi-width, and stiffness at standstill over that of its lag, of an
- * ellipse whose stiffness along rolling is so many times that of strips. */
-function memoryOfEllipse(v: Vehicle, stiffness: number): [number, number] {
-  const g = v.semi_width / lateralSemiAxis(v), { module } = kernel, nu = v.poisson_ratio;
-  const { longitudinal: length } = kernel.filled("relaxation_lengths", (to) =>
-    module.relaxation_lengths_of(g, nu, to));
-  // Mindlin's problem, with the integrals of cos^2 and sin^2 over sqrt(cos^2 + g^2 sin^2).
-  const cosine = (g * g * module.hertz_integral(g, 1)) / 3, sine = module.hertz_integral(1, g) / 3;
-  const standing = (3 * (1 - nu)) / (cosine + (1 - nu) * sine);
-  return [length, (standing * length) / (0.75 * Math.PI * stiffness)];
-}
-
-/** The same of a line contact, by the equations of contactlib/laws/relaxation.py. */
-function memoryOfLine(v: Vehicle): [number, number] {
-  const length = (4 / 3) * (lateralSemiAxis(v) / v.semi_width), nu = v.poisson_ratio;
-  if (length < SHORTEST_LINE) {
+  const parameters = forceParameters(v);
+  const length = 2 * (parameters.transverse_half_length / v.semi_width);
+  if (v.memory && v.contact === "line" && length < SHORTEST_LINE) {
     throw new RangeError(`memory = true needs a line contact of at least ${SHORTEST_LINE} ` +
       `semi-widths: this one has ${length.toPrecision(3)}`);
   }
-  const lag = Math.log(4 * length) - 1.5 + nu / (1 - nu);
-  const share = (8 * (1 - 2 * nu)) / (Math.PI ** 2 * (1 - nu) * length);
-  const whole = lag + share * (lag + 5 / 3);
-  return [whole, whole / (lag + 0.5)];
+  return { ...parameters, memory: v.memory ? 1 : 0 };
 }
 
 /** Parameters of the kernel's equations of motion. */

@@ -706,7 +706,9 @@ result component_get_nominals(component *self, size_t count, double *values) {
     for (size_t i = 0; i < count; i++) {
         const model_variable *v = self->state[i / self->wheels];
         double start = model_get(v, &self->start[i % self->wheels]);
-        values[i] = v->part == IF_REMEMBERING ? 1.0 : fmax(fabs(start), 1.0);
+        const force_element_parameters *p = &self->start[i % self->wheels].contact;
+        int held = v->part == IF_REMEMBERING && strcmp(v->unit, "N") == 0;
+        values[i] = held ? p->kinetic_friction * p->nominal_load : fmax(fabs(start), 1.0);
     }
     return RESULT_OK;
 }

@@ -18,13 +18,14 @@ static double stable_step(const creep_table *table, const model_values *v) {
     double gradient = fabs(force_element_steepest(table, &v->contact, &v->input, &v->output));
     double pole = gradient * v->effective_inverse_mass;
     double hint = v->parallel_exchange != 0.0 ? 0.5 / pole : 1.0 / pole;
-    if (v->contact.relaxation_length > 0.0 && v->parallel_exchange == 0.0) {
+    if (remembers(&v->contact) && v->parallel_exchange == 0.0) {
         double load = is_loaded(&v->contact, v->input.normal_load) ? v->input.normal_load : 0.0;
         force_element_parameters p =
             load > 0.0 ? force_element_at_load(&v->contact, load) : v->contact;
-        double compliance = 2.0 * p.peak_pressure * p.relaxation_length /
-                            (p.contact_modulus * p.slope_reduction * p.initial_slope);
-        double stiffness = fmax(p.standing_stiffness, 1.0) * load / compliance;
+        contact_scales s = contact_scales_of(table, &p);
+        double compliance = 2.0 * p.peak_pressure * s.relaxation_length /
+                            (p.contact_modulus * p.slope_reduction * s.initial_slope);
+        double stiffness = fmax(s.standing_stiffness, 1.0) * load / compliance;
         hint = fmax(hint, 1.0 / sqrt(stiffness * v->effective_inverse_mass));
     }
     return v->implicit == 0.0 && hint < LONG_STEP ? hint : LONG_STEP; /* false for NaN */
@@ -205,9 +206,7 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
     v->memory = memory;
     v->held_tolerance = task->tolerance;
     v->substep = task->substep;
-    v->input.held_traction = task->input.held_traction;
-    v->input.held_lateral = task->input.held_lateral;
-    v->input.unslipped = task->input.unslipped;
+    take_memory(&v->input, &task->input);
     if (!can_grip(&v->contact, &v->input)) return;
     force_element_parameters there = force_element_at_load(&v->contact, load);
     v->output.creep_force = memory.force;
@@ -243,14 +242,13 @@ static void remember(const creep_table *table, model_values *v, double step) {
         rolling.effective_inverse_mass =
             fmin(v->effective_inverse_mass, followed_inverse_mass(&memory));
         rolling.input.omega = v->input.speed / v->contact.radius;
-        rolling.input.held_traction = rolling.input.held_lateral = 0.0;
-        rolling.input.unslipped = 1.0;
+        forget(&rolling.input);
         evaluate_force(table, &rolling, 1);
         double longest = 2.0 * rolling.step_size_hint;
         if (memory.step > longest) memory.too_long = longest;
     }
     if (memory.known == 0.0) memory.force = force;
-    if (v->contact.relaxation_length == 0.0) memory.previous = memory.force, memory.force = force;
+    if (!remembers(&v->contact)) memory.previous = memory.force, memory.force = force;
     double stable = 2.0 * v->step_size_hint;
     if (memory.stable == 0.0 || stable < memory.stable) memory.stable = stable;
     memory.known = 1.0;
@@ -281,7 +279,7 @@ static const char *advance_memories(const creep_table *table, model_values *valu
 const char *advance_force(const creep_table *table, model_values *values, size_t n, double step,
                           double tolerance, size_t *failed) {
     if (values->implicit != 0.0) return step_slips(table, values, n, step, tolerance, failed);
-    if (values->contact.relaxation_length == 0.0) {
+    if (!remembers(&values->contact)) {
         for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
         return NULL;
     }

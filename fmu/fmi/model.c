@@ -1,7 +1,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "memory.h"
+#include "force_element_formula.h"
 #include "model_functions.h"
 #include "simd_math.h"
 
@@ -37,8 +37,7 @@ const char TRUTH[] = "Boolean";
     TUNABLE("slip_rate_decay", "s/m", "rate at which friction falls with slip speed", 0.0, 1e6, \
             contact.slip_rate_decay), \
     HEAT_PARAMETERS(contact), \
-    THERMAL(FIXED_PARAMETER, "elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, \
-        contact.elliptic), \
+    FIXED("elliptic", TRUTH, "the contact is an ellipse, else a line", 0.0, 1.0, contact.elliptic), \
     FIXED("semi_width", "m", "contact semi-width at nominal load", 1e-9, 1e3, contact.semi_width), \
     FIXED("peak_pressure", "Pa", "peak contact pressure at nominal load", 1e-3, 1e15, \
           contact.peak_pressure), \
@@ -52,14 +51,14 @@ const char TRUTH[] = "Boolean";
           contact.load_exponent), \
     FIXED("minimum_speed", "m/s", "speed below which the creepage is regularised", 1e-9, 1e3, \
           contact.minimum_speed), \
-    {"relaxation_length", "m", "distance rolled by which small creepages lead the force", 1e-6, \
-     1e3, AT(contact.relaxation_length), FIXED_PARAMETER, IF_REMEMBERING}, \
-    {"lateral_relaxation_length", "m", "the same of the lateral force", 1e-6, 1e3, \
-     AT(contact.lateral_relaxation_length), FIXED_PARAMETER, IF_REMEMBERING}, \
-    {"standing_stiffness", "1", "stiffness at standstill over that of rolling that far", 0.1, 10.0, \
-     AT(contact.standing_stiffness), FIXED_PARAMETER, IF_REMEMBERING}, \
-    {"initial_slope", "1", "initial slope of the force law in normalized creepage", 1e-3, 1e3, \
-     AT(contact.initial_slope), FIXED_PARAMETER, IF_REMEMBERING}
+    {"memory", TRUTH, "the contact remembers what it rolled over", 1.0, 1.0, AT(contact.memory), \
+     FIXED_PARAMETER, IF_REMEMBERING}, \
+    {"body_modulus", "Pa", "composite contact modulus of the bodies", 1e-3, 1e15, \
+     AT(contact.body_modulus), FIXED_PARAMETER, IF_REMEMBERING}, \
+    {"poisson_ratio", "1", "of the bodies", 0.0, 0.5, AT(contact.poisson_ratio), FIXED_PARAMETER, \
+     IF_REMEMBERING}, \
+    {"transverse_half_length", "m", "half of the contact's length across rolling at nominal load", \
+     1e-9, 1e3, AT(contact.transverse_half_length), FIXED_PARAMETER, IF_REMEMBERING}
 
 #define FRICTION_PARAMETERS(of) \
     TUNABLE("static_friction", "1", "friction coefficient before slip, not below the kinetic one", \
@@ -138,20 +137,28 @@ const char TRUTH[] = "Boolean";
          output.margin##_margin)
 
 #define MEMORY \
-    {"held_traction", "1", "creep force over normal load", -1e3, 1e3, AT(input.held_traction), STATE, \
-     IF_REMEMBERING}, \
-    {"held_lateral", "1", "lateral force over normal load", -1e3, 1e3, AT(input.held_lateral), STATE, \
-     IF_REMEMBERING}, \
+    {"held_force", "N", "creep force that the contact holds", -1e15, 1e15, AT(input.held_force), \
+     STATE, IF_REMEMBERING}, \
     {"unslipped", "1", "part of the contact that has not slipped since it entered", -0.1, 1.1, \
-     AT(input.unslipped), STATE, IF_REMEMBERING}
+     AT(input.unslipped), STATE, IF_REMEMBERING}, \
+    {"outer_force", "N", "part of the creep force in the zone that slips first", -1e15, 1e15, \
+     AT(input.outer_force), STATE, IF_REMEMBERING}, \
+    {"held_lateral", "N", "lateral force that the contact holds", -1e15, 1e15, \
+     AT(input.held_lateral), STATE, IF_REMEMBERING}, \
+    {"outer_lateral", "N", "part of the lateral force in the zone that slips first", -1e15, 1e15, \
+     AT(input.outer_lateral), STATE, IF_REMEMBERING}
 
 #define MEMORY_RATES \
-    {"der(held_traction)", "1/s", "rate of change of the held traction", -LARGE, LARGE, \
-     AT(output.traction_rate), DERIVATIVE, IF_REMEMBERING}, \
-    {"der(held_lateral)", "1/s", "rate of change of the held lateral force", -LARGE, LARGE, \
-     AT(output.lateral_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(held_force)", "N/s", "rate of change of the held force", -LARGE, LARGE, \
+     AT(output.held_rate), DERIVATIVE, IF_REMEMBERING}, \
     {"der(unslipped)", "1/s", "rate of change of the unslipped part", -LARGE, LARGE, \
-     AT(output.unslipped_rate), DERIVATIVE, IF_REMEMBERING}
+     AT(output.unslipped_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(outer_force)", "N/s", "rate of change of the force in the zone that slips first", -LARGE, \
+     LARGE, AT(output.outer_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(held_lateral)", "N/s", "rate of change of the held lateral force", -LARGE, LARGE, \
+     AT(output.lateral_rate), DERIVATIVE, IF_REMEMBERING}, \
+    {"der(outer_lateral)", "N/s", "rate of change of the lateral force in the zone that slips " \
+     "first", -LARGE, LARGE, AT(output.outer_lateral_rate), DERIVATIVE, IF_REMEMBERING}
 
 #define BODY_PARAMETERS \
     FIXED("inertia", "kg.m2", "moment of inertia about the axle, with the drive's", 1e-9, 1e12, \
@@ -183,6 +190,10 @@ const char TRUTH[] = "Boolean";
     MADE(DERIVATIVE, "der(omega)", "rad/s2", "angular acceleration", rates.omega_rate), \
     MADE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", rates.speed_rate)
 
+#define SUBSTEP_LIMIT \
+    FIXED("max_substeps", "1", "largest number of the integrator's substeps in a communication step, " \
+          "for hardware in the loop; 0: as many as the tolerance needs", 0.0, 1e5, max_substeps)
+
 static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     TIME,
     CONTACT_PARAMETERS,
@@ -193,6 +204,7 @@ static const model_variable FORCE_ELEMENT_VARIABLES[] = {
           1.0, implicit),
     FIXED("parallel_exchange", TRUTH, "both sides step at once, so a force acts one step later",
           0.0, 1.0, parallel_exchange),
+    SUBSTEP_LIMIT,
     VELOCITIES(INPUT),
     CONTACT_INPUTS,
     CONTACT_OUTPUTS,
@@ -207,6 +219,7 @@ static const model_variable WHEELSET_VARIABLES[] = {
     TIME,
     CONTACT_PARAMETERS,
     BODY_PARAMETERS,
+    SUBSTEP_LIMIT,
     BODY_INPUTS,
     CONTACT_INPUTS,
     VELOCITIES(STATE),
@@ -263,7 +276,7 @@ static const model_variable PAIR_VARIABLES[] = {
 /* clang-format on */
 
 int model_has(const model_variable *variable, const model_values *values) {
-    if (variable->part == IF_REMEMBERING) return values->contact.relaxation_length > 0.0;
+    if (variable->part == IF_REMEMBERING) return remembers(&values->contact);
     int thermal =
         values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
     int falling = values->pair.slip_rate_decay > 0.0;
@@ -330,12 +343,13 @@ const model *model_of(const char *kind) {
 double model_explicit_step(const model *m, const creep_table *table, const model_values *values) {
     model_values v = *values;
     const force_element_parameters *p = &v.contact;
-    int remembering = p->relaxation_length > 0.0;
-    double longest = remembering ? 0.01 * p->relaxation_length / fabs(v.input.speed) : INFINITY;
+    int remembering = remembers(p);
+    double longest = INFINITY;
+    if (remembering)
+        longest = 0.01 * contact_scales_of(table, p).relaxation_length / fabs(v.input.speed);
     if (!m->has_contact || !m->moves) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
-    v.input.held_traction = v.input.held_lateral = 0.0;
-    v.input.unslipped = 1.0;
+    forget(&v.input);
     m->evaluate(table, &v, 1);
     double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
     double pole = force_element_steepest(table, p, &v.input, &v.output) * inverse_mass;
@@ -384,8 +398,9 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.speed)) return fmin(slip, sqrt(slip * reference));
         if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
-        if (of == AT(input.held_traction) || of == AT(input.held_lateral))
-            return size + 0.01 * p->kinetic_friction;
+        if (of == AT(input.held_force) || of == AT(input.outer_force) ||
+            of == AT(input.held_lateral) || of == AT(input.outer_lateral))
+            return size + 0.01 * p->kinetic_friction * p->nominal_load;
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
     }
     /* Without load, contact or friction it stays so. */

@@ -1,4 +1,5 @@
 /* The models "wheelset" and "wheelset_body", which has no contact of its own. */
+#include "memory.h"
 #include "model_functions.h"
 #include "wheelset_step.h"
 
@@ -56,7 +57,8 @@ static wheelset_task task_of(const model_values *v, const wheelset_parameters *b
                            .resistance_force = v->resistance_force,
                            .input = v->input,
                            .tolerance = tolerance,
-                           .substep = v->substep};
+                           .substep = v->substep,
+                           .max_substeps = v->max_substeps};
 }
 
 static void take_state(model_values *v, const wheelset_task *task) {
@@ -64,9 +66,7 @@ static void take_state(model_values *v, const wheelset_task *task) {
     v->held_tolerance = task->tolerance;
     v->input.omega = task->input.omega;
     v->input.speed = task->input.speed;
-    v->input.held_traction = task->input.held_traction;
-    v->input.held_lateral = task->input.held_lateral;
-    v->input.unslipped = task->input.unslipped;
+    take_memory(&v->input, &task->input);
 }
 
 const char *advance_wheelset(const creep_table *table, model_values *values, size_t n, double step,

@@ -42,10 +42,10 @@ static inline void contacts_load(contacts *c, int l, const force_element_paramet
     if (c->given[l] != given ||
         c->there[PLACE(force_element_parameters, nominal_load)][l] != load) {
         force_element_parameters there = force_element_at_load(given, load);
-        contact_scales scales = contact_scales_of(&there);
+        contact_scales scales = contact_scales_of(c->table, &there);
         contacts_put(c, l, given, &there, &scales);
     }
-    c->alone[l] = !grips || has_lateral_or_spin(c->table, in);
+    c->alone[l] = !grips || has_lateral_or_spin(c->table, in) || holds_lateral(in);
     put(c->in, l, FIELDS(force_element_input), (const double *)in);
 }
 
@@ -66,6 +66,10 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         begin_lane(&f, l, c->table, &p, scales, &in, thermal);
     }
     evaluate_lanes(&f, c->table, c->there, c->layered, which != ONLY_FORCE);
+    if (remembering && c->table->lateral_spin != NULL) { /* no lateral force is held here */
+        memset(&c->OUTPUT_OF(held_rate), 0, MEMORY_STATES * sizeof(lanes));
+        memset(&c->OUTPUT_OF(force_by_memory), 0, 8 * MEMORY_STATES * sizeof(lanes));
+    }
     EACH_LANE (l) {
         TAKE(force_element_parameters, p, c->there);
         TAKE(force_element_input, in, c->in);
@@ -78,25 +82,25 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         }
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
-        if (remembering) memory_action(&p, &in, &at, which != ONLY_FORCE, &out);
+        if (remembering) memory_action(&p, &in, &at, which != ONLY_FORCE, 0, &out);
         if (which == ALL) {
             put(c->out, l, FIELDS(force_element_output), (const double *)&out);
             continue;
         }
         STORE(creep_force);
         if (remembering) {
-            STORE(traction_rate);
-            STORE(lateral_rate);
-            STORE(unslipped_rate);
+            const double *rate = &out.held_rate;
+            UNROLLED for (int i = 0; i < LATERAL; i++)(&c->OUTPUT_OF(held_rate))[i][l] = rate[i];
         }
         if (which == ONLY_FORCE) continue;
         STORE(force_by_omega);
         STORE(force_by_speed);
-        STORE(force_by_traction);
         STORE(saturation_creepage);
         if (!remembering) continue;
-        const double *by = &out.traction_by_omega;
-        UNROLLED for (int i = 0; i < 15; i++)(&c->OUTPUT_OF(traction_by_omega))[i][l] = by[i];
+        lanes *by = &c->OUTPUT_OF(force_by_memory), *rate_by = &c->OUTPUT_OF(memory_by);
+        UNROLLED for (int i = 0; i < LATERAL; i++) by[i][l] = out.force_by_memory[i];
+        UNROLLED for (int i = 0; i < LATERAL; i++) UNROLLED for (int k = 0; k < 2 + LATERAL; k++)
+            rate_by[(2 + MEMORY_STATES) * i + k][l] = out.memory_by[i][k];
     }
 }
 

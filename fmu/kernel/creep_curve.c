@@ -316,7 +316,7 @@ static void walk(search *s, double side) {
 static curve curve_of(const creep_table *table, const force_element_parameters *contact,
                       const wheelset_parameters *body, const creep_conditions *at) {
     curve c = {.table = table, .contact = *contact, .body = body, .at = *at};
-    c.contact.relaxation_length = 0.0;
+    c.contact.memory = 0.0;
     c.wheels =
         at->normal_load[0] == at->normal_load[1] && at->friction_scale[0] == at->friction_scale[1]
             ? 1
@@ -326,7 +326,7 @@ static curve curve_of(const creep_table *table, const force_element_parameters *
     for (int i = 0; i < c.wheels; i++) {
         if (!(at->normal_load[i] > 0.0) || at->friction_scale[i] < MIN_FRICTION_SCALE) continue;
         contact_scales scales;
-        force_element_scales(&c.contact, at->normal_load[i], at->friction_scale[i], &scales);
+        force_element_scales(NULL, &c.contact, at->normal_load[i], at->friction_scale[i], &scales);
         /* If friction falls with slip speed, the peak moves at most to the saturation creepage of
          * the remaining friction; with thermal softening it is at zeta0/sqrt(V zeta0/w_T), and
          * V zeta0 is below 400 w_T for any steel. */

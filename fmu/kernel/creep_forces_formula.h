@@ -7,8 +7,6 @@
 #include "creep_forces.h"
 #include "lateral_spin_force.h"
 
-static const double PI = 3.14159265358979324;
-
 /* Scales of an ellipse by Hermite's cubic polynomials, and shares of the sets by Lagrange's. */
 static inline void set_shape(const creep_forces *pair, double aspect, lateral_spin_shape *shape,
                              double value[ASPECT_SCALES]) {

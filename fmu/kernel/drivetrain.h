@@ -25,10 +25,12 @@ typedef struct {
     double omega_left;      /* [rad/s] */
     double omega_right;     /* equals omega_left if the axle is rigid [rad/s] */
     double twist;           /* angle of the left wheel ahead of the right one [rad] */
-    double traction_left;   /* held tractions of contacts with memory [1] */
-    double traction_right;  /* [1] */
-    double unslipped_left;  /* and their unslipped parts [1] */
+    double held_left;       /* states of the wheels' contacts with memory under twice the load: */
+    double held_right;      /* held force [N], */
+    double unslipped_left;  /* the part that has not slipped [1], */
     double unslipped_right; /* [1] */
+    double outer_left;      /* and the force of the zone that slips first [N] */
+    double outer_right;     /* [N] */
     double drive_torque;    /* of the motor, at the axle [N.m] */
     double brake_torque;    /* of the turning axle, against its rotation [N.m] */
     double distance;        /* [m] */
@@ -55,20 +57,22 @@ typedef struct {
 } drivetrain_input;
 
 typedef struct {
-    double creep_force_left;  /* [N] */
-    double creep_force_right; /* [N] */
-    double creepage_left;     /* [1] */
-    double creepage_right;    /* [1] */
-    double falling_left;      /* 1 if the steady force falls with creepage at fixed speed */
-    double falling_right;     /* [1] */
-    double steady_left;       /* creep force over load in steady rolling [1] */
-    double steady_right;      /* [1] */
-    double sticking_left;     /* part that then sticks, of a contact with memory [1] */
-    double sticking_right;    /* [1] */
-    double drive_torque;      /* of motor and brake [N.m] */
-    double axle_torque;       /* from left to right, damping included [N.m] */
-    double speed_rate;        /* [m/s2] */
-    double stored_energy;     /* kinetic energy and that of the axle's twist [J] */
+    double creep_force_left;   /* [N] */
+    double creep_force_right;  /* [N] */
+    double creepage_left;      /* [1] */
+    double creepage_right;     /* [1] */
+    double falling_left;       /* 1 if the steady force falls with creepage at fixed speed */
+    double falling_right;      /* [1] */
+    double steady_left;        /* the same states in steady rolling: held force [N], */
+    double steady_right;       /* [N] */
+    double sticking_left;      /* part that sticks [1], */
+    double sticking_right;     /* [1] */
+    double steady_outer_left;  /* and the force of the outer zone [N] */
+    double steady_outer_right; /* [N] */
+    double drive_torque;       /* of motor and brake [N.m] */
+    double axle_torque;        /* from left to right, damping included [N.m] */
+    double speed_rate;         /* [m/s2] */
+    double stored_energy;      /* kinetic energy and that of the axle's twist [J] */
 } drivetrain_output;
 
 /* One drivetrain of many. If rails is NULL, the input gives friction and slope. */

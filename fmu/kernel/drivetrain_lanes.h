@@ -12,10 +12,12 @@ enum {
     LEFT = PLACE(drivetrain_state, omega_left),
     RIGHT = PLACE(drivetrain_state, omega_right),
     TWIST = PLACE(drivetrain_state, twist),
-    TRACTION_LEFT = PLACE(drivetrain_state, traction_left),
-    TRACTION_RIGHT = PLACE(drivetrain_state, traction_right),
+    HELD_LEFT = PLACE(drivetrain_state, held_left),
+    HELD_RIGHT = PLACE(drivetrain_state, held_right),
     UNSLIPPED_LEFT = PLACE(drivetrain_state, unslipped_left),
     UNSLIPPED_RIGHT = PLACE(drivetrain_state, unslipped_right),
+    OUTER_LEFT = PLACE(drivetrain_state, outer_left),
+    OUTER_RIGHT = PLACE(drivetrain_state, outer_right),
     TORQUE = PLACE(drivetrain_state, drive_torque),
     BRAKE = PLACE(drivetrain_state, brake_torque),
     DISTANCE = PLACE(drivetrain_state, distance),
@@ -26,8 +28,9 @@ enum {
 };
 /* The states come first, then the integrals; a right wheel follows its left one. */
 ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MAX_STATES && LOSS + 1 == MAX_ROWS);
-ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && TRACTION_RIGHT == TRACTION_LEFT + 1 &&
-                                      UNSLIPPED_RIGHT == UNSLIPPED_LEFT + 1);
+ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && HELD_RIGHT == HELD_LEFT + 1 &&
+                                      UNSLIPPED_RIGHT == UNSLIPPED_LEFT + 1 &&
+                                      OUTER_RIGHT == OUTER_LEFT + 1);
 
 enum {
     COMMANDED = PLACE(drivetrain_input, commanded_torque),
@@ -49,6 +52,7 @@ typedef struct {
     contacts wheel[2];
     const contacts *right; /* the left one's contact, as long as both are equal in every lane */
     int elastic, remembering, lagging, braked;
+    int alike;                  /* the memory of the right wheel is that of the left one */
     lanes saturation_at_one[2]; /* of each contact where the track's factor on the slope is 1 */
     lanes train[FIELDS(drivetrain_parameters)];
     lanes input[FIELDS(drivetrain_input)];
@@ -76,16 +80,17 @@ static void wheels(group *g, rows y, void (*evaluate_contacts)(contacts *)) {
     lanes *input = g->input;
     int differ = 0;
     for (int l = 0; l < LANES; l++)
-        differ |= differs(y[LEFT][l], y[RIGHT][l]) |
-                  differs(y[TRACTION_LEFT][l], y[TRACTION_RIGHT][l]) |
+        differ |= differs(y[LEFT][l], y[RIGHT][l]) | differs(y[HELD_LEFT][l], y[HELD_RIGHT][l]) |
                   differs(y[UNSLIPPED_LEFT][l], y[UNSLIPPED_RIGHT][l]) |
+                  differs(y[OUTER_LEFT][l], y[OUTER_RIGHT][l]) |
                   differs(input[LOAD_LEFT][l], input[LOAD_RIGHT][l]) |
                   differs(input[FRICTION_LEFT][l], input[FRICTION_RIGHT][l]);
     for (int side = 0; side < 1 + differ; side++) {
         lanes *in = g->wheel[side].in;
         memcpy(INPUT(omega), y[LEFT + side], sizeof(lanes));
         memcpy(INPUT(speed), y[SPEED], sizeof(lanes));
-        memcpy(INPUT(held_traction), y[TRACTION_LEFT + side], sizeof(lanes));
+        memcpy(INPUT(held_force), y[HELD_LEFT + side], sizeof(lanes));
+        memcpy(INPUT(outer_force), y[OUTER_LEFT + side], sizeof(lanes));
         memcpy(INPUT(unslipped), y[UNSLIPPED_LEFT + side], sizeof(lanes));
         evaluate_contacts(&g->wheel[side]);
     }
@@ -94,13 +99,13 @@ static void wheels(group *g, rows y, void (*evaluate_contacts)(contacts *)) {
 
 /* Force of one wheel, and its derivatives. */
 typedef struct {
-    double force, by_omega, by_speed, by_traction;
+    double force, by_omega, by_speed;
 } wheel_action;
 
 ALWAYS_INLINE wheel_action action_of(const contacts *c, int l) {
-    wheel_action action = {
-        0.5 * c->OUTPUT_OF(creep_force)[l], 0.5 * c->OUTPUT_OF(force_by_omega)[l],
-        0.5 * c->OUTPUT_OF(force_by_speed)[l], 0.5 * c->OUTPUT_OF(force_by_traction)[l]};
+    wheel_action action = {0.5 * c->OUTPUT_OF(creep_force)[l],
+                           0.5 * c->OUTPUT_OF(force_by_omega)[l],
+                           0.5 * c->OUTPUT_OF(force_by_speed)[l]};
     return action;
 }
 
@@ -115,8 +120,10 @@ static void fill(group *g, rows y) {
     EACH_LANE (l) {
         if (!g->elastic) y[RIGHT][l] = y[LEFT][l];
         if (!g->elastic) y[TWIST][l] = 0.0;
+        if (g->alike)
+            for (int i = 0; i < 2 * LATERAL; i += 2) y[HELD_RIGHT + i][l] = y[HELD_LEFT + i][l];
         for (int i = 0; !g->remembering && i < 2; i++)
-            y[TRACTION_LEFT + i][l] = y[UNSLIPPED_LEFT + i][l] = 0.0;
+            y[HELD_LEFT + i][l] = y[UNSLIPPED_LEFT + i][l] = y[OUTER_LEFT + i][l] = 0.0;
         if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
         if (!g->braked) y[BRAKE][l] = 0.0;
     }
@@ -209,6 +216,35 @@ ALWAYS_INLINE void set_rates(group *g, rows y, rows f, matrix *jacobian) {
     }
 }
 
+/* Rates of the memory of both contacts, and their part of the Jacobian. */
+static void set_memory_rates(group *g, rows y, rows f, matrix *jacobian) {
+    for (int l = 0; l < LANES; l++) {
+        TAKE(drivetrain_parameters, p, g->train);
+        double r = p.body.radius, v = y[SPEED][l];
+        double body = g->elastic ? 2.0 / p.body.inertia : 1.0 / p.body.inertia;
+        const double wheels = g->alike ? 2.0 : 1.0;
+        for (int i = 0; i < (g->alike ? 1 : 2); i++) {
+            const contacts *c = i == 0 ? &g->wheel[0] : g->right;
+            const lanes *by = &c->OUTPUT_OF(memory_by);
+            const int state[LATERAL] = {HELD_LEFT + i, UNSLIPPED_LEFT + i, OUTER_LEFT + i};
+            int own = g->elastic ? LEFT + i : LEFT, held = p.body.inverse_mass == 0.0;
+            for (int k = 0; k < LATERAL; k++) f[state[k]][l] = (&c->OUTPUT_OF(held_rate))[k][l];
+            if (!jacobian) continue;
+            lanes(*j)[MAX_STATES] = *jacobian;
+            for (int k = 0; k < LATERAL; k++, by += 2 + MEMORY_STATES) {
+                j[state[k]][own][l] = by[0][l];
+                j[state[k]][SPEED][l] = by[1][l];
+                for (int n = 0; n < LATERAL; n++) j[state[k]][state[n]][l] = by[2 + n][l];
+                double force_by = 0.5 * wheels * (&c->OUTPUT_OF(force_by_memory))[k][l];
+                j[SPEED][state[k]][l] = force_by * p.body.inverse_mass;
+                j[own][state[k]][l] = -r * force_by * body;
+                j[CREEP][state[k]][l] = (r * y[LEFT + i][l] - v) * force_by;
+                j[RESISTANCE][state[k]][l] = held ? v * force_by : 0.0;
+            }
+        }
+    }
+}
+
 static int is_elastic(const drivetrain_member *m) { return m->drivetrain->axle_stiffness > 0.0; }
 
 static int is_remembering(const drivetrain_member *m) { return remembers(m->contact); }
@@ -217,11 +253,12 @@ static int is_lagging(const drivetrain_member *m) { return m->drivetrain->motor_
 
 static int is_braked(const drivetrain_member *m) { return m->drivetrain->brake_fill_time > 0.0; }
 
-static void set_kind(group *g, const drivetrain_member *member) {
+static void set_kind(group *g, const drivetrain_member *member, int alike) {
     contacts_begin(&g->wheel[0], member->table, member->contact);
     contacts_begin(&g->wheel[1], member->table, member->contact);
     g->elastic = is_elastic(member);
     g->remembering = is_remembering(member);
+    g->alike = alike;
     g->lagging = is_lagging(member);
     g->braked = is_braked(member);
 }
@@ -240,7 +277,7 @@ static void load(group *g, int l, const drivetrain_member *member, const drivetr
         double of = is_loaded(contact, weight[side]) ? weight[side] : contact->nominal_load;
         if (of != there.nominal_load) {
             there = force_element_at_load(contact, of);
-            scales = contact_scales_of(&there);
+            scales = contact_scales_of(member->table, &there);
         }
         contacts_put(&g->wheel[side], l, contact, &there, &scales);
         put(g->wheel[side].in, l, FIELDS(force_element_input), (const double *)&in);

@@ -3,37 +3,6 @@
 #include "simd_dispatch.h"
 #include "track_formula.h"
 
-/* Rates of the memory of both contacts, and their part of the Jacobian. */
-static void set_memory_rates(group *g, rows y, rows f, matrix *jacobian) {
-    for (int l = 0; l < LANES; l++) {
-        TAKE(drivetrain_parameters, p, g->train);
-        double r = p.body.radius, v = y[SPEED][l];
-        double body = g->elastic ? 2.0 / p.body.inertia : 1.0 / p.body.inertia;
-        for (int i = 0; i < 2; i++) {
-            const contacts *c = i == 0 ? &g->wheel[0] : g->right;
-            const lanes *by = &c->OUTPUT_OF(traction_by_omega);
-            double by_traction = action_of(c, l).by_traction;
-            int state[2] = {TRACTION_LEFT + i, UNSLIPPED_LEFT + i};
-            int own = g->elastic ? LEFT + i : LEFT;
-            f[state[0]][l] = c->OUTPUT_OF(traction_rate)[l];
-            f[state[1]][l] = c->OUTPUT_OF(unslipped_rate)[l];
-            if (!jacobian) continue;
-            lanes(*j)[MAX_STATES] = *jacobian;
-            for (int k = 0; k < 2; k++, by += 10) { /* lateral rate and state are in between */
-                j[state[k]][own][l] = by[0][l];
-                j[state[k]][SPEED][l] = by[1][l];
-                j[state[k]][state[0]][l] = by[2][l];
-                j[state[k]][state[1]][l] = by[4][l];
-            }
-            int held = p.body.inverse_mass == 0.0;
-            j[SPEED][state[0]][l] = by_traction * p.body.inverse_mass;
-            j[own][state[0]][l] = -r * by_traction * body;
-            j[CREEP][state[0]][l] = (r * y[LEFT + i][l] - v) * by_traction;
-            j[RESISTANCE][state[0]][l] = held ? v * by_traction : 0.0;
-        }
-    }
-}
-
 /* Direction of a wheel's rotation, -1 or 1 above the minimum speed of its rim, and its slope. */
 static double rotation_of(const drivetrain_parameters *p, double omega, double *slope) {
     double rim = p->body.radius * omega, reference, reference_slope;
@@ -82,7 +51,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
 }
 
 /* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
- * speed, of torques to torque plus that of kinetic friction, of tractions to traction plus kinetic
+ * speed, of torques to torque plus that of kinetic friction, of held forces to force plus kinetic
  * friction. */
 static void drivetrain_error(void *model, rows y, rows error, lanes size) {
     group *g = model;
@@ -93,13 +62,14 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
         double torque = r * contact.kinetic_friction * g->nominal_load[l];
         double found = fabs(error[SPEED][l]) / speed;
         for (int i = 0; i < 2; i++) {
-            int place = g->elastic ? LEFT + i : LEFT;
+            int place = g->elastic ? LEFT + i : LEFT, of = g->alike ? 0 : i;
             double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
             found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
             if (g->remembering)
-                found += fabs(error[TRACTION_LEFT + i][l]) /
-                             traction_scale(&contact, fabs(y[TRACTION_LEFT + i][l])) +
-                         fabs(error[UNSLIPPED_LEFT + i][l]);
+                found += (fabs(error[HELD_LEFT + of][l]) + fabs(error[OUTER_LEFT + of][l])) /
+                             force_scale(&contact, 2.0 * g->input[LOAD_LEFT + of][l],
+                                         fabs(y[HELD_LEFT + of][l])) +
+                         fabs(error[UNSLIPPED_LEFT + of][l]);
         }
         double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
         if (g->elastic) found += fabs(error[TWIST][l]) / twist;
@@ -117,6 +87,18 @@ static int are_of_one_kind(const drivetrain_member *a, const drivetrain_member *
            has_layer(a->contact) == has_layer(b->contact);
 }
 
+/* Whether both wheels of a rigid axle remember the same and will meet the same rails. */
+static int is_alike(const drivetrain_member *m, const drivetrain_input *in,
+                    const drivetrain_state *state) {
+    const track *rails = m->rails;
+    int same = rails ? rails->left.at == rails->right.at && rails->left.value == rails->right.value
+                     : in->friction_left == in->friction_right;
+    return is_remembering(m) && !is_elastic(m) && same && in->load_left == in->load_right &&
+           in->cleaned_left == in->cleaned_right && state->held_left == state->held_right &&
+           state->unslipped_left == state->unslipped_right &&
+           state->outer_left == state->outer_right;
+}
+
 /* How many of the next n members are of the first one's kind. */
 static size_t count_of_one_kind(const drivetrain_member *members, size_t n) {
     size_t count = 1;
@@ -131,7 +113,8 @@ static equations equations_of(group *g) {
     place[n++] = LEFT;
     if (g->elastic) place[n++] = RIGHT;
     if (g->elastic) place[n++] = TWIST;
-    for (int i = 0; g->remembering && i < 4; i++) place[n++] = TRACTION_LEFT + i;
+    for (int i = 0; g->remembering && i < 2 * LATERAL; i += g->alike ? 2 : 1)
+        place[n++] = HELD_LEFT + i;
     if (g->lagging) place[n++] = TORQUE;
     if (g->braked) place[n++] = BRAKE;
     problem.states = n;
@@ -201,6 +184,11 @@ static void arrive(journey *j, group *g, integration *run, int l) {
     drivetrain_state *state = &j->state[i];
     take(run->y, l, FIELDS(drivetrain_state), (double *)state);
     if (!g->elastic) state->omega_right = state->omega_left;
+    if (g->alike) {
+        state->held_right = state->held_left;
+        state->unslipped_right = state->unslipped_left;
+        state->outer_right = state->outer_left;
+    }
     if (!g->lagging) state->drive_torque = g->input[COMMANDED][l];
     j->tried[i] = run->h[l];
 }
@@ -209,7 +197,7 @@ static void advance(journey *j) {
     group g;
     integration run;
     memset(run.j, 0, sizeof run.j);
-    set_kind(&g, j->members);
+    set_kind(&g, j->members, is_alike(j->members, j->input, j->state));
     equations problem = equations_of(&g);
     int busy = 0;
     for (int l = 0; l < LANES; l++) { /* idle lanes hold the numbers of the first drivetrain */
@@ -259,6 +247,9 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
     if (!(step > 0.0)) return;
     for (size_t i = 0, count; i < n; i += count) {
         count = count_of_one_kind(&members[i], n - i);
+        int alike = is_alike(&members[i], &input[i], &state[i]);
+        for (size_t k = 1; k < count; k++)
+            if (is_alike(&members[i + k], &input[i + k], &state[i + k]) != alike) count = k;
         journey j = {.members = &members[i],
                      .input = &input[i],
                      .state = &state[i],
@@ -293,10 +284,12 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
             .creepage_right = right->OUTPUT_OF(creepage)[l],
             .falling_left = left->OUTPUT_OF(falling_branch)[l],
             .falling_right = right->OUTPUT_OF(falling_branch)[l],
-            .steady_left = left->OUTPUT_OF(steady_traction)[l],
-            .steady_right = right->OUTPUT_OF(steady_traction)[l],
+            .steady_left = left->OUTPUT_OF(steady_force)[l],
+            .steady_right = right->OUTPUT_OF(steady_force)[l],
             .sticking_left = left->OUTPUT_OF(sticking)[l],
             .sticking_right = right->OUTPUT_OF(sticking)[l],
+            .steady_outer_left = left->OUTPUT_OF(steady_outer)[l],
+            .steady_outer_right = right->OUTPUT_OF(steady_outer)[l],
             .drive_torque = g->braked ? y[TORQUE][l] - braking : y[TORQUE][l],
             .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
             .speed_rate = held ? in.acceleration : rates.speed_rate,
@@ -313,7 +306,7 @@ void WIDE(drivetrain_evaluate_many)(const drivetrain_member *members, size_t n, 
     rows y;
     for (size_t i = 0, count; i < n; i += count) {
         count = count_of_one_kind(&members[i], n - i < LANES ? n - i : LANES);
-        set_kind(&g, &members[i]);
+        set_kind(&g, &members[i], 0);
         for (size_t row = 0; row < rows_of_n; row++) {
             size_t at = row * n + i;
             for (size_t l = 0; l < LANES; l++) {

@@ -12,15 +12,18 @@ static void evaluate_without_grip(const creep_table *table, const force_element_
                                   const force_element_input *in, force_element_output *out) {
     friction_fall fall = friction_without_grip(table, p, in);
     force_state at =
-        begin_force(table, p, contact_scales_of(p), in, &fall, direction_of(slip_of(p, in)));
+        begin_force(table, p, contact_scales_of(table, p), in, &fall, direction_of(slip_of(p, in)));
     memset(out, 0, sizeof *out);
     out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
     set_kinematics(p, in, &at, out);
-    if (remembers(p)) fade_memory(p, in, &at, out);
+    if (remembers(p)) {
+        release_memory(in, out);
+        return;
+    }
     double share[2];
     if (in->normal_load >= 0.0 && has_friction(in)) {
         sliding_shares(table, p, in, &at, share);
-        out->force_by_load = remembers(p) ? in->held_traction : share[0];
+        out->force_by_load = share[0];
     }
 }
 
@@ -36,7 +39,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         lateral_spin_force_evaluate(table, &p, in, out);
         return;
     }
-    contact_scales scales = contact_scales_of(&p);
+    contact_scales scales = contact_scales_of(table, &p);
     double slip = slip_of(&p, in), size = fabs(slip);
     friction_fall fall =
         falling_friction(table, &p, scales, in, size, decay_at(&p, size), softens_with_heat(&p));
@@ -44,7 +47,7 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     add_layer(&p, &at);
     creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
-    if (remembers(&p)) memory_action(&p, in, &at, 1, out);
+    if (remembers(&p)) memory_action(&p, in, &at, 1, 1, out);
 }
 
 void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {
@@ -67,17 +70,17 @@ double force_element_steepest(const creep_table *table, const force_element_para
     double reference, slope; /* friction multiplies force and zeta0 alike */
     regularized_speed(in->speed, slowest_speed(&p), &reference, &slope);
     double per_creepage =
-        in->normal_load * p.kinetic_friction / contact_scales_of(&p).saturation_creepage;
+        in->normal_load * p.kinetic_friction / contact_scales_of(table, &p).saturation_creepage;
     return larger(out->force_gradient, per_creepage * table->steepest_slope / reference);
 }
 
 #ifndef ONE_FILE_KERNEL
 double process_zone_limit(void) { return PROCESS_ZONE_LIMIT; }
 
-void force_element_scales(const force_element_parameters *p, double normal_load,
-                          double friction_scale, contact_scales *scales) {
+void force_element_scales(const creep_table *table, const force_element_parameters *p,
+                          double normal_load, double friction_scale, contact_scales *scales) {
     force_element_parameters there = force_element_at_load(p, normal_load);
-    *scales = scaled(contact_scales_of(&there), friction_scale, 1.0 / friction_scale);
+    *scales = scaled(contact_scales_of(table, &there), friction_scale, 1.0 / friction_scale);
 }
 
 void thermal_softening_many(int elliptic, size_t n, const double *x, const double *heat_number,

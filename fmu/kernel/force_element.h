@@ -23,11 +23,12 @@ typedef struct {
     double slip_rate_decay;       /* B, w being the slip speed [s/m] */
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
-    double elliptic; /* 1 if the contact is an ellipse, 0 if a line; in an FMU 0 without heat */
-    double relaxation_length; /* sigma of small creepages at nominal load [m]; 0 without memory */
-    double lateral_relaxation_length; /* the same across rolling [m] */
-    double standing_stiffness;        /* kappa of a contact with memory, see memory.h [1] */
-    double initial_slope;             /* S0 of its law in normalized creepage [1] */
+    double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line */
+    double memory;        /* 1 if the contact remembers what it rolled over, see memory.h; 2 if the
+                             derivatives of its rates hold their paces constant */
+    double body_modulus;  /* E* of Hertz's pressure [Pa]; this and the next for memory */
+    double poisson_ratio; /* of the bodies [1] */
+    double transverse_half_length; /* b of an ellipse at nominal load, or half of a line [m] */
 } force_element_parameters;
 
 typedef struct {
@@ -35,9 +36,11 @@ typedef struct {
     double speed;            /* forward velocity [m/s] */
     double normal_load;      /* a negative load counts as zero [N] */
     double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
-    double held_traction;    /* states of a contact with memory: creep force over load [1] */
-    double held_lateral;     /* lateral force over load [1] */
-    double unslipped;        /* part of it that has not slipped since it entered [1] */
+    double held_force;       /* states of a contact with memory: creep force [N], */
+    double unslipped;        /* part of it that has not slipped since it entered [1], */
+    double outer_force;      /* part of the creep force in the zone that slips first [N], */
+    double held_lateral;     /* lateral force [N], */
+    double outer_lateral;    /* and the part of it in that zone [N] */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
 } force_element_input;
@@ -56,34 +59,32 @@ typedef struct {
     double saturation_creepage; /* zeta0 at this load, friction and slip speed [1] */
     double process_zone_ratio;  /* weakening zone over contact semi-width, as above [1] */
     double contact_temperature; /* T, mean flash temperature by which friction falls [K] */
-    double steady_traction;     /* creep force over load in steady rolling [1] */
-    double sticking;          /* part of a contact with memory that sticks in steady rolling [1] */
-    double traction_rate;     /* d(held traction)/dt [1/s] */
-    double lateral_rate;      /* d(held lateral)/dt [1/s] */
-    double unslipped_rate;    /* d(unslipped)/dt [1/s] */
-    double falling_branch;    /* 1 if the steady force falls with creepage at fixed speed */
-    double speed_regularized; /* 1 if |speed| < minimum_speed, without memory */
-    double k_hat_limited;     /* 1 if k_hat is held at the table's largest value */
-    double force_limited;     /* 1 if the force is held at f_s times the load */
-    double unloaded;          /* 1 if there is no load, and so no force */
-    double falling_margin;    /* each of these flags is 1 where its margin is > 0 [1] */
-    double speed_margin;      /* [m/s] */
-    double k_hat_margin;      /* [1] */
-    double force_margin;      /* of the friction coefficient [1] */
-    double load_margin;       /* [N] */
-    double force_by_omega;    /* partial derivatives of the creep force [N.s] */
-    double force_by_speed;    /* [N.s/m] */
-    double force_by_load;     /* [1] */
-    double force_by_traction; /* [N] */
-    double creepage_by_omega; /* partial derivatives of the creepage [s] */
-    double creepage_by_speed; /* [s/m] */
-    /* Partial derivatives of the three rates by omega [1], speed [1/m], and the states [1/s]. */
-    double traction_by_omega, traction_by_speed, traction_by_traction, traction_by_lateral,
-        traction_by_unslipped;
-    double lateral_by_omega, lateral_by_speed, lateral_by_traction, lateral_by_lateral,
-        lateral_by_unslipped;
-    double unslipped_by_omega, unslipped_by_speed, unslipped_by_traction, unslipped_by_lateral,
-        unslipped_by_unslipped;
+    double steady_force;        /* creep force in steady rolling [N] */
+    double sticking;           /* part of a contact with memory that sticks in steady rolling [1] */
+    double steady_outer;       /* part of the steady creep force in the zone that slips first [N] */
+    double held_rate;          /* d(held_force)/dt [N/s] */
+    double unslipped_rate;     /* d(unslipped)/dt [1/s] */
+    double outer_rate;         /* d(outer_force)/dt [N/s] */
+    double lateral_rate;       /* d(held_lateral)/dt [N/s] */
+    double outer_lateral_rate; /* d(outer_lateral)/dt [N/s] */
+    double falling_branch;     /* 1 if the steady force falls with creepage at fixed speed */
+    double speed_regularized;  /* 1 if |speed| < minimum_speed, without memory */
+    double k_hat_limited;      /* 1 if k_hat is held at the table's largest value */
+    double force_limited;      /* 1 if the force is held at f_s times the load */
+    double unloaded;           /* 1 if there is no load, and so no force */
+    double falling_margin;     /* each of these flags is 1 where its margin is > 0 [1] */
+    double speed_margin;       /* [m/s] */
+    double k_hat_margin;       /* [1] */
+    double force_margin;       /* of the friction coefficient [1] */
+    double load_margin;        /* [N] */
+    double force_by_omega;     /* partial derivatives of the creep force [N.s] */
+    double force_by_speed;     /* [N.s/m] */
+    double force_by_load;      /* [1] */
+    double creepage_by_omega;  /* partial derivatives of the creepage [s] */
+    double creepage_by_speed;  /* [s/m] */
+    /* Partial derivatives by omega, speed and the states of the memory, in the order above. */
+    double force_by_memory[5]; /* of the creep force, by the states of the memory */
+    double memory_by[5][7];    /* of their rates */
 } force_element_output;
 
 /* A smaller friction scale counts as zero: the scales of its contact would overflow. */
@@ -100,10 +101,16 @@ typedef struct {
     double process_zone_ratio;  /* [1] */
     double heating;             /* (sqrt(V) + sqrt(omega r))/w_T; 0 without heat [s^0.5/m^0.5] */
     double layer_ratio;         /* lam = L E_t/(2 a), E_t being the modulus [1] */
+    double relaxation_length;   /* of a contact with memory: sigma a of small creepages [m] */
+    double lateral_relaxation_length; /* the same across rolling [m] */
+    double standing_stiffness;        /* kappa, see memory.h [1] */
+    double initial_slope;             /* S0 of its law in normalized creepage [1] */
 } contact_scales;
 
-/* Scales at a load above zero; friction_scale includes the factor of the slip speed. */
-CONTACTLIB_API void force_element_scales(const force_element_parameters *parameters,
+/* Scales at a load above zero; friction_scale includes the factor of the slip speed. Without a
+ * table (NULL) those of the memory are 0. */
+CONTACTLIB_API void force_element_scales(const creep_table *table,
+                                         const force_element_parameters *parameters,
                                          double normal_load, double friction_scale,
                                          contact_scales *scales);
 

@@ -6,14 +6,17 @@
 #include <math.h>
 
 #include "force_element.h"
+#include "half_space.h"
 #include "heat.h"
 #include "memory.h"
 #include "simd_math.h"
 #include "softening.h"
 
-/* A tiny load counts as zero: the scales of its contact would overflow. */
+/* A tiny load counts as zero: the scales of its contact would overflow, and the states of its
+ * memory would change over a distance that no step resolves. */
 ALWAYS_INLINE int is_loaded(const force_element_parameters *p, double load) {
-    return !(load <= 1e-100 * p->nominal_load); /* true for NaN, so that it shows in the output */
+    double least = (remembers(p) ? 1e-9 : 1e-100) * p->nominal_load;
+    return !(load <= least); /* true for NaN, so that it shows in the output */
 }
 
 ALWAYS_INLINE int has_friction(const force_element_input *in) {
@@ -41,8 +44,7 @@ ALWAYS_INLINE force_element_parameters force_element_at_load(const force_element
     double growth = growth_with_load(load / p->nominal_load, p->load_exponent);
     there.semi_width *= growth;
     there.peak_pressure *= growth;
-    there.relaxation_length *= growth;
-    there.lateral_relaxation_length *= growth;
+    there.transverse_half_length *= p->elliptic != 0.0 ? growth : 1.0;
     there.nominal_load = load;
     return there;
 }
@@ -55,8 +57,34 @@ ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
     return p->softening_temperature > 0.0;
 }
 
-/* Scales at the nominal load, with the friction coefficients as given. */
-ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p) {
+/* What the memory needs of the contact at the nominal load; the scales are those without memory. */
+static inline void set_memory_scales(const creep_table *table, const force_element_parameters *p,
+                                     contact_scales *s) {
+    creep_value clean, layered;
+    contact_memory memory;
+    double k_hat = smaller(s->k_hat, table->one_axis ? INFINITY : table->k_max);
+    creep_table_evaluate(table, table->steepest_creepage, k_hat, 0.0, &clean);
+    layered = clean;
+    if (has_layer(p))
+        creep_table_evaluate(table, table->steepest_creepage, k_hat, s->layer_ratio, &layered);
+    /* Hertz: a line grows with the root of the load, an ellipse keeps its shape. */
+    double to_strips = p->body_modulus / p->contact_modulus, softer = clean.slope / layered.slope;
+    int elliptic = p->elliptic != 0.0;
+    double ideal = elliptic ? 2.35619449019234493 : 2.0; /* initial slope of Carter's law */
+    double shape = p->semi_width / p->transverse_half_length;
+    contact_memory_of(elliptic, shape, p->poisson_ratio, s->layer_ratio * to_strips, softer - 1.0,
+                      &memory);
+    s->relaxation_length = memory.relaxation_length * p->semi_width;
+    s->lateral_relaxation_length = memory.lateral_relaxation_length * p->semi_width;
+    s->initial_slope = layered.slope;
+    s->standing_stiffness =
+        memory.standing_stiffness * to_strips * softer / ideal * memory.relaxation_length;
+}
+
+/* Scales at the nominal load, with the friction coefficients as given; without a table those of the
+ * memory are 0. */
+ALWAYS_INLINE contact_scales contact_scales_of(const creep_table *table,
+                                               const force_element_parameters *p) {
     const double inverse_pi = 0.31830988618379067;
     double drop = p->static_friction - p->kinetic_friction, kinetic = p->kinetic_friction;
     double modulus = p->contact_modulus;
@@ -74,7 +102,12 @@ ALWAYS_INLINE contact_scales contact_scales_of(const force_element_parameters *p
         drop > 0.0 ? zone : 0.0,
         heating,
         p->layer_compliance * modulus / (2.0 * p->semi_width),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
     };
+    if (remembers(p) && table != NULL) set_memory_scales(table, p, &s);
     return s;
 }
 
@@ -359,10 +392,11 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->force_by_omega = by_creepage * out->creepage_by_omega;
     out->force_by_speed =
         per_creepage * q.slope * out->creepage_by_speed + sliding * (by_log_g * at->log_g_by_speed);
-    out->steady_traction = out->traction_coefficient;
-    out->sticking = out->force_by_traction = 0.0;
-    out->traction_rate = out->lateral_rate = out->unslipped_rate = 0.0;
-    memset(&out->traction_by_omega, 0, 15 * sizeof(double));
+    out->steady_force = out->creep_force;
+    out->sticking = out->steady_outer = 0.0;
+    memset(&out->held_rate, 0, 5 * sizeof(double));
+    memset(out->force_by_memory, 0, sizeof out->force_by_memory);
+    memset(out->memory_by, 0, sizeof out->memory_by);
 }
 
 /* Flow of the memory at a steady state, and what its arguments are. Vectors have components along
@@ -372,53 +406,121 @@ typedef struct {
     double creepage[2], size; /* normalized creepages without spin, and their magnitude */
     double force[2], ratio;   /* steady forces over f_d P, and their magnitude */
     double direction[2];      /* of the steady force */
-    double q[2], along;       /* held forces over f_d, and in that direction */
+    double limit[2];          /* what static friction allows outer zone and core to hold [N] */
+    double held[2][2];        /* forces of outer zone and core, as the states are [N], */
+    double acting[2][2];      /* up to those limits [N], */
+    double counted[2][2];     /* and up to a little more, for the rates [N] */
+    double c[2], q[2];        /* the last over f_d P: of the outer zone, and both */
+    double along, magnitude;  /* of q: in the direction of the steady force, and its magnitude */
     double length_ratio[2];   /* sigma over the relaxation length of each component */
-    double rate[2];           /* of q, for one sigma [1/s] */
+    double rate[2];           /* of q by rolling and creepage, for one sigma [1/s] */
+    double outer_rate[2];     /* the same of c */
     double weakening, pace;
+    double scale;   /* f_d P [N] */
     int slow, weak; /* creepage or force are too small to have a direction */
+    int frozen;     /* the derivatives hold the paces constant */
 } memory_place;
 
 ALWAYS_INLINE double magnitude_of(const double v[2]) {
     return v[1] == 0.0 ? fabs(v[0]) : sqrt(v[0] * v[0] + v[1] * v[1]);
 }
 
+/* Hold a vector within a magnitude. */
+ALWAYS_INLINE void hold_within(double limit, const double v[2], double held[2]) {
+    double size = magnitude_of(v), part = size > limit ? limit / size : 1.0;
+    held[0] = part * v[0];
+    held[1] = part * v[1];
+}
+
+/* Its change, also with the limit. */
+ALWAYS_INLINE void change_within(double limit, double log_limit, const double v[2],
+                                 const double dv[2], double dheld[2]) {
+    double size = magnitude_of(v), part = size > limit ? limit / size : 1.0;
+    double by = size > limit ? (v[0] * dv[0] + v[1] * dv[1]) / (size * size) - log_limit : 0.0;
+    dheld[0] = part * (dv[0] - by * v[0]);
+    dheld[1] = part * (dv[1] - by * v[1]);
+}
+
+/* Lose what friction cannot hold at once, as a step of any length may. */
+static inline void lose_excess(const force_element_parameters *p, force_element_input *in) {
+    double load = larger(in->normal_load, 0.0), scale = has_friction(in) ? in->friction_scale : 0.0;
+    double strength = p->static_friction * scale * load;
+    double outer[2] = {in->outer_force, in->outer_lateral};
+    double core[2] = {in->held_force - outer[0], in->held_lateral - outer[1]};
+    hold_within(OUTER_STRENGTH * strength, outer, outer);
+    hold_within((1.0 - OUTER_STRENGTH) * strength, core, core);
+    in->outer_force = outer[0];
+    in->outer_lateral = outer[1];
+    in->held_force = outer[0] + core[0];
+    in->held_lateral = outer[1] + core[1];
+    in->unslipped = strength > 0.0 ? smaller(larger(in->unslipped, 0.0), 1.0) : 1.0;
+}
+
+/* Forces of the zones as the states are, and as far as friction holds them. */
+ALWAYS_INLINE void set_held(const force_element_parameters *p, const force_element_input *in,
+                            double scale, memory_place *m) {
+    double strength = p->static_friction * in->friction_scale * in->normal_load;
+    m->scale = scale;
+    m->limit[0] = OUTER_STRENGTH * strength;
+    m->limit[1] = (1.0 - OUTER_STRENGTH) * strength;
+    m->held[0][0] = in->outer_force;
+    m->held[0][1] = in->outer_lateral;
+    m->held[1][0] = in->held_force - in->outer_force;
+    m->held[1][1] = in->held_lateral - in->outer_lateral;
+    for (int zone = 0; zone < 2; zone++) {
+        hold_within(m->limit[zone], m->held[zone], m->acting[zone]);
+        hold_within(SLACK * m->limit[zone], m->held[zone], m->counted[zone]);
+    }
+    for (int i = 0; i < 2; i++) {
+        m->c[i] = m->counted[0][i] / scale;
+        m->q[i] = m->c[i] + m->counted[1][i] / scale;
+    }
+}
+
 ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
                                      const force_element_input *in, const force_state *at,
                                      double across, const double force[2]) {
     const double tiny = 1e-6; /* normalized creepage below which the flow has its limit at zero */
-    double least = p->initial_slope * tiny;
+    const contact_scales *scales = &at->scales;
+    double least = scales->initial_slope * tiny;
     memory_place m;
     m.creepage[0] = at->x;
     m.creepage[1] = across;
     m.size = magnitude_of(m.creepage);
     m.ratio = magnitude_of(force);
     m.slow = m.size < tiny;
+    m.frozen = p->memory > 1.0;
     m.weak = m.ratio < least;
     m.direction[0] = m.ratio > 0.0 ? force[0] / m.ratio : at->x < 0.0 ? -1.0 : 1.0;
     m.direction[1] = m.ratio > 0.0 ? force[1] / m.ratio : 0.0;
-    m.q[0] = in->held_traction / at->kinetic;
-    m.q[1] = in->held_lateral / at->kinetic;
+    set_held(p, in, at->kinetic * in->normal_load, &m);
     m.along = m.q[0] * m.direction[0] + m.q[1] * m.direction[1];
+    m.magnitude = magnitude_of(m.q);
     m.length_ratio[0] = 1.0;
-    m.length_ratio[1] = p->relaxation_length / p->lateral_relaxation_length;
-    m.weakening = p->weakening_length / (p->semi_width * at->scales.saturation_creepage);
-    m.pace = at->reference / p->relaxation_length; /* at rest the slip alone loads the contact */
-    m.flow = memory_flow_at(p, larger(m.size, tiny), larger(m.ratio, least), at->k_hat, m.weakening,
-                            m.along, in->unslipped, m.pace);
-    double forward = m.flow.fast * (m.flow.strength - m.along);
+    m.length_ratio[1] = scales->relaxation_length / scales->lateral_relaxation_length;
+    m.weakening = p->weakening_length / (p->semi_width * scales->saturation_creepage);
+    m.pace = at->reference / scales->relaxation_length; /* at rest the slip alone loads it */
+    m.flow = memory_flow_at(p, scales, larger(m.size, tiny), larger(m.ratio, least), at->k_hat,
+                            m.weakening, m.along, m.c[0] * m.direction[0] + m.c[1] * m.direction[1],
+                            m.magnitude, in->unslipped, m.pace);
+    const memory_flow *f = &m.flow;
+    double forward = f->fast * (f->strength - m.along);
     for (int i = 0; i < 2; i++) {
-        double e = m.direction[i];
+        double e = m.direction[i], ahead = forward * e, aside = f->turn * (m.along * e - m.q[i]);
         m.force[i] = force[i];
-        m.rate[i] = m.weak ? m.flow.fast * (force[i] - m.q[i])
-                           : forward * e + m.flow.turn * (m.along * e - m.q[i]);
+        if (m.weak) ahead = f->fast * (force[i] - m.q[i]), aside = 0.0;
+        m.rate[i] = ahead + aside;
+        m.outer_rate[i] =
+            f->share * ahead + f->carried * aside + 2.25 * m.pace * (f->carried * m.q[i] - m.c[i]);
     }
     return m;
 }
 
-/* A direction in which the memory's arguments change; log_g is the change of ln(f_d). */
+/* A direction in which the memory's arguments change; log_scale and log_limit are the changes of
+ * ln(f_d P) and of the logarithm of static friction times load. */
 typedef struct {
-    double creepage[2], force[2], held[2], unslipped, k_hat, weakening, pace, log_g;
+    double creepage[2], force[2], held[2], outer[2], unslipped, k_hat, weakening, pace, log_scale,
+        log_limit;
 } memory_direction;
 
 ALWAYS_INLINE double change_along(const memory_gradient by, const memory_gradient change) {
@@ -427,112 +529,181 @@ ALWAYS_INLINE double change_along(const memory_gradient by, const memory_gradien
     return sum;
 }
 
-/* Changes of the rates of both held forces and of the unslipped part. */
-ALWAYS_INLINE void memory_change(const memory_place *m, const force_state *at,
-                                 const memory_direction *d, double rate[3]) {
-    double turn[2], dq[2], per_size = m->slow ? 0.0 : 1.0 / m->size;
+/* Changes of the forces of the zones: as the states are, as they act and as they count [N]; and of
+ * c and q. */
+typedef struct {
+    double held[2][2], acting[2][2], counted[2][2], c[2], q[2];
+} held_change;
+
+ALWAYS_INLINE held_change change_of_held(const memory_place *m, const memory_direction *d) {
+    held_change h;
+    for (int i = 0; i < 2; i++) {
+        h.held[0][i] = d->outer[i];
+        h.held[1][i] = d->held[i] - d->outer[i];
+    }
+    for (int zone = 0; zone < 2; zone++) {
+        double limit = m->limit[zone];
+        change_within(limit, d->log_limit, m->held[zone], h.held[zone], h.acting[zone]);
+        change_within(SLACK * limit, d->log_limit, m->held[zone], h.held[zone], h.counted[zone]);
+    }
+    for (int i = 0; i < 2; i++) {
+        h.c[i] = h.counted[0][i] / m->scale - m->c[i] * d->log_scale;
+        h.q[i] = (h.counted[0][i] + h.counted[1][i]) / m->scale - m->q[i] * d->log_scale;
+    }
+    return h;
+}
+
+/* Rows of the memory: states, their rates and changes; those of a lateral force come last. */
+enum { HELD, UNSLIPPED, OUTER, LATERAL, HELD_LATERAL = LATERAL, OUTER_LATERAL, MEMORY_STATES };
+
+/* Rates of the memory. */
+ALWAYS_INLINE void memory_rates(const memory_place *m, double *rate) {
+    const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
+    for (int i = 0; i < 2; i++) {
+        double scale = m->length_ratio[i] * m->scale, lost = m->held[0][i] - m->counted[0][i];
+        double by_core = m->held[1][i] - m->counted[1][i];
+        rate[held[i]] = scale * m->rate[i] - RELEASE * (lost + by_core);
+        rate[outer[i]] = scale * m->outer_rate[i] - RELEASE * lost;
+    }
+    rate[UNSLIPPED] = m->flow.rate;
+}
+
+/* Their changes. */
+ALWAYS_INLINE void memory_change(const memory_place *m, const memory_direction *d,
+                                 const held_change *h, double *rate) {
+    const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
+    double turn[2], per_size = m->slow ? 0.0 : 1.0 / m->size;
     double dratio = m->direction[0] * d->force[0] + m->direction[1] * d->force[1];
     memory_gradient change;
     change[BY_X] = (m->creepage[0] * d->creepage[0] + m->creepage[1] * d->creepage[1]) * per_size;
     change[BY_RATIO] = m->weak ? 0.0 : dratio;
     change[BY_K] = d->k_hat;
     change[BY_WEAKENING] = d->weakening;
-    change[BY_TRACTION] = 0.0;
+    change[BY_FORCE] = change[BY_OUTER] = change[BY_SIZE] = 0.0;
     change[BY_UNSLIPPED] = d->unslipped;
     change[BY_PACE] = d->pace;
     for (int i = 0; i < 2; i++) {
-        dq[i] = d->held[i] / at->kinetic - m->q[i] * d->log_g;
         turn[i] = m->weak ? 0.0 : (d->force[i] - m->direction[i] * dratio) / m->ratio;
-        change[BY_TRACTION] += m->direction[i] * dq[i] + m->q[i] * turn[i];
+        change[BY_FORCE] += m->direction[i] * h->q[i] + m->q[i] * turn[i];
+        change[BY_OUTER] += m->direction[i] * h->c[i] + m->c[i] * turn[i];
+        change[BY_SIZE] += m->magnitude > 0.0 ? m->q[i] * h->q[i] / m->magnitude : 0.0;
     }
     const memory_flow *f = &m->flow;
     double dfast = change_along(f->fast_by, change), dturn = change_along(f->turn_by, change);
-    double gap = f->strength - m->along, along = change[BY_TRACTION];
+    double dshare = change_along(f->share_by, change);
+    double dcarried = change_along(f->carried_by, change);
+    double dquick = change_along(f->rate_by, change);
+    if (m->frozen) {
+        dfast = dturn = dshare = dcarried = 0.0;
+        dquick = f->pull_by_unslipped * d->unslipped;
+    }
+    double gap = f->strength - m->along, along = change[BY_FORCE];
     double dgap = change_along(f->strength_by, change) - along;
     for (int i = 0; i < 2; i++) {
-        double e = m->direction[i], drate;
-        if (m->weak) drate = dfast * (m->force[i] - m->q[i]) + f->fast * (d->force[i] - dq[i]);
-        else
-            drate = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i] +
-                    dturn * (m->along * e - m->q[i]) +
-                    f->turn * (along * e + m->along * turn[i] - dq[i]);
-        rate[i] = at->kinetic * m->length_ratio[i] * (drate + m->rate[i] * d->log_g);
+        double e = m->direction[i], ahead = f->fast * gap * e, across = m->along * e - m->q[i];
+        double dahead = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i];
+        double aside = f->turn * across;
+        double daside = dturn * across + f->turn * (along * e + m->along * turn[i] - h->q[i]);
+        if (m->weak) {
+            ahead = f->fast * (m->force[i] - m->q[i]);
+            dahead = dfast * (m->force[i] - m->q[i]) + f->fast * (d->force[i] - h->q[i]);
+            aside = daside = 0.0;
+        }
+        double apart = f->carried * m->q[i] - m->c[i];
+        double dapart = dcarried * m->q[i] + f->carried * h->q[i] - h->c[i];
+        double outer_change = dshare * ahead + f->share * dahead + dcarried * aside +
+                              f->carried * daside + 2.25 * (d->pace * apart + m->pace * dapart);
+        double scale = m->length_ratio[i] * m->scale, lost = h->held[0][i] - h->counted[0][i];
+        double by_core = h->held[1][i] - h->counted[1][i];
+        rate[held[i]] =
+            scale * (dahead + daside + m->rate[i] * d->log_scale) - RELEASE * (lost + by_core);
+        rate[outer[i]] = scale * (outer_change + m->outer_rate[i] * d->log_scale) - RELEASE * lost;
     }
-    rate[2] = change_along(m->flow.rate_by, change);
+    rate[UNSLIPPED] = dquick;
 }
 
 /* Replace the steady forces by those of a contact with memory. */
 ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_element_input *in,
-                               const force_state *at, const memory_place *m,
-                               force_element_output *out) {
-    double load = in->normal_load;
+                               const memory_place *m, force_element_output *out) {
+    double both[2] = {m->held[0][0] + m->held[1][0], m->held[0][1] + m->held[1][1]};
+    double most = in->friction_scale * in->normal_load;
     out->sticking = m->flow.sticking;
-    out->traction_rate = at->kinetic * m->length_ratio[0] * m->rate[0];
-    out->lateral_rate = at->kinetic * m->length_ratio[1] * m->rate[1];
-    out->unslipped_rate = m->flow.rate;
-    out->traction_coefficient = in->held_traction;
-    out->creep_force = load * in->held_traction;
-    out->lateral_force = load * in->held_lateral;
+    out->steady_outer = m->scale * m->force[0] * m->flow.steady_carried;
+    memory_rates(m, &out->held_rate);
+    out->creep_force = m->acting[0][0] + m->acting[1][0];
+    out->lateral_force = m->acting[0][1] + m->acting[1][1];
+    out->traction_coefficient = out->creep_force / in->normal_load;
+    out->force_margin = magnitude_of(both) / most - p->static_friction;
+    out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
     set_by_force(p, in, out);
-    out->force_by_load = in->held_traction;
-    out->force_by_traction = load;
-    out->force_by_omega = out->force_by_speed = 0.0;
 }
 
-/* Set the changes of the rates by one of the states omega, speed, held_traction, held_lateral and
- * unslipped. */
-ALWAYS_INLINE void set_rates_by(int state, const double rate[3], force_element_output *out) {
-    double *by = &out->traction_by_omega;
-    for (int i = 0; i < 3; i++) by[5 * i + state] = rate[i];
+/* Set the changes of the force and of the rates by one of the states omega, speed and those of the
+ * memory. */
+ALWAYS_INLINE void set_changes_by(int state, const held_change *h, const double *rate,
+                                  force_element_output *out) {
+    if (state >= 2) out->force_by_memory[state - 2] = h->acting[0][0] + h->acting[1][0];
+    for (int i = 0; i < MEMORY_STATES; i++) out->memory_by[i][state] = rate[i];
 }
 
-/* The memory without lateral slip and spin, with or without the derivatives of its rates;
- * parameters are those at the load. */
-ALWAYS_INLINE void memory_action(const force_element_parameters *p, const force_element_input *in,
-                                 const force_state *at, int derivatives,
-                                 force_element_output *out) {
+/* Whether a lateral force is held. */
+ALWAYS_INLINE int holds_lateral(const force_element_input *in) {
+    return (in->held_lateral != 0.0) | (in->outer_lateral != 0.0);
+}
+
+/* The memory without lateral slip and spin, with or without the derivatives of its rates and
+ * a lateral force; parameters are those at the load. */
+ALWAYS_INLINE void memory_action(const force_element_parameters *p,
+                                 const force_element_input *given, const force_state *at,
+                                 int derivatives, int lateral, force_element_output *out) {
+    force_element_input held = *given, *in = &held;
+    if (!lateral) held.held_lateral = held.outer_lateral = 0.0;
     double per_force = 1.0 / (at->kinetic * in->normal_load);
     double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5;
-    double steady[2] = {out->steady_traction / at->kinetic, 0.0};
+    double steady[2] = {out->steady_force * per_force, 0.0};
     double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
     memory_place m = memory_at(p, in, at, 0.0, steady);
-    hold_forces(p, in, at, &m, out);
+    hold_forces(p, in, &m, out);
     if (!derivatives) return;
-    UNROLLED for (int i = 0; i < 5; i++) {
-        memory_direction d;
-        double rate[3];
+    memory_direction d;
+    memset(&d, 0, sizeof d);
+    d.log_limit = 1.0 / in->normal_load;
+    held_change h = change_of_held(&m, &d);
+    out->force_by_load = h.acting[0][0] + h.acting[1][0];
+    out->force_by_omega = out->force_by_speed = 0.0; /* static friction at no slip limits it */
+    UNROLLED for (int i = 0; i < 2 + MEMORY_STATES; i++) {
+        if (!lateral && i >= 2 + LATERAL) continue;
+        double rate[MEMORY_STATES];
         memset(&d, 0, sizeof d);
         if (i < 2) {
-            d.log_g = log_g[i];
-            d.creepage[0] = creepage[i] * at->inverse_saturation - at->x * d.log_g;
-            d.force[0] = force[i] * per_force - steady[0] * d.log_g;
-            d.k_hat = at->k_hat * log_k * d.log_g;
-            d.weakening = -m.weakening * d.log_g;
+            d.log_scale = log_g[i];
+            d.creepage[0] = creepage[i] * at->inverse_saturation - at->x * log_g[i];
+            d.force[0] = force[i] * per_force - steady[0] * log_g[i];
+            d.k_hat = at->k_hat * log_k * log_g[i];
+            d.weakening = -m.weakening * log_g[i];
         }
-        if (i == 1) d.pace = at->speed_slope / p->relaxation_length;
-        if (i == 2 || i == 3) d.held[i - 2] = 1.0;
-        if (i == 4) d.unslipped = 1.0;
-        memory_change(&m, at, &d, rate);
-        set_rates_by(i, rate, out);
+        if (i == 1) d.pace = at->speed_slope / at->scales.relaxation_length;
+        if (i == 2 + HELD) d.held[0] = 1.0;
+        if (i == 2 + UNSLIPPED) d.unslipped = 1.0;
+        if (i == 2 + OUTER) d.outer[0] = 1.0;
+        if (i == 2 + HELD_LATERAL) d.held[1] = 1.0;
+        if (i == 2 + OUTER_LATERAL) d.outer[1] = 1.0;
+        h = change_of_held(&m, &d);
+        memory_change(&m, &d, &h, rate);
+        set_changes_by(i, &h, rate, out);
     }
 }
 
-/* Without load or friction the memory fades with the distance that the surfaces move. */
-ALWAYS_INLINE void fade_memory(const force_element_parameters *p, const force_element_input *in,
-                               const force_state *at, force_element_output *out) {
-    double per = 1.0 / p->relaxation_length, turn = copysign(per, at->slip);
-    double pace = (fabs(at->slip) + at->reference) * per;
-    double by_omega = p->radius * turn, by_speed = at->speed_slope * per - turn;
-    double left[3] = {-in->held_traction, -in->held_lateral, 1.0 - in->unslipped};
-    double *rate = &out->traction_rate, *by = &out->traction_by_omega;
-    memset(by, 0, 15 * sizeof(double));
-    for (int i = 0; i < 3; i++, by += 5) {
-        rate[i] = pace * left[i];
-        by[0] = by_omega * left[i];
-        by[1] = by_speed * left[i];
-        by[2 + i] = -pace;
+/* Without load or friction nothing is held, and the contact that begins has not slipped. */
+ALWAYS_INLINE void release_memory(const force_element_input *in, force_element_output *out) {
+    const double *state = &in->held_force;
+    double *rate = &out->held_rate;
+    for (int i = 0; i < MEMORY_STATES; i++) {
+        rate[i] = RELEASE * ((i == UNSLIPPED ? 1.0 : 0.0) - state[i]);
+        for (int j = 0; j < 2 + MEMORY_STATES; j++)
+            out->memory_by[i][j] = j == 2 + i ? -RELEASE : 0.0;
     }
 }
 

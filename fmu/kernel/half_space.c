@@ -3,9 +3,8 @@
 #include <math.h>
 
 #include "creep_coefficients.h"
+#include "hertz.h"
 #include "simd_math.h"
-
-static const double PI = 3.14159265358979324;
 
 /* Chebyshev's polynomials from T_0 on at -1 <= x <= 1. */
 static void chebyshev(int n, double x, double value[]) {
@@ -14,6 +13,87 @@ static void chebyshev(int n, double x, double value[]) {
     for (int i = 2; i < n; i++) value[i] = 2.0 * x * value[i - 1] - value[i - 2];
 }
 
+static double held(double a_over_b) { return smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT); }
+
+/* Values whose logarithms are polynomials of g = a/b, which is within its range, and nu. */
+static void values(int n, const double logarithms[][ASPECT_TERMS][POISSON_TERMS], double g,
+                   double nu, double value[]) {
+    double along[ASPECT_TERMS], across[POISSON_TERMS];
+    chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
+    chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);
+    for (int k = 0; k < n; k++) {
+        double log_of = 0.0;
+        for (int i = 0; i < ASPECT_TERMS; i++) {
+            double at_nu = 0.0;
+            for (int j = 0; j < POISSON_TERMS; j++) at_nu += logarithms[k][i][j] * across[j];
+            log_of += at_nu * along[i];
+        }
+        value[k] = exponential(log_of);
+    }
+}
+
+/* Of bodies of one shape with a layer between them. */
+typedef struct {
+    double length;    /* relaxation length of the layer between rigid bodies, over a: traction grows
+                         in proportion to the distance from the leading edge */
+    double stiffness; /* at standstill of the same, times the layer ratio */
+    double edge;      /* see standing_compliance */
+    double later;     /* see length_with_layer; fitted */
+} layer_memory;
+
+static const layer_memory LAYER_ELLIPSE = {0.1875 * PI, 1.5, 0.25, 0.13};
+static const layer_memory LAYER_LINE = {2.0 / 3.0, 4.0 / PI, 2.0 / (PI * PI), 0.03};
+
+/* Displacement per force at standstill. A stiff layer rounds the singularity of the traction at the
+ * edge, a soft one makes the traction uniform, under which the bodies yield more by `rise`. Both
+ * limits are exact. */
+static double standing_compliance(const layer_memory *shape, double bodies, double rise,
+                                  double layer_ratio) {
+    double layer = larger(layer_ratio / shape->stiffness, 1e-300), edge = shape->edge;
+    return bodies + layer * (1.0 + edge * logarithm(1.0 + rise / (edge * layer)));
+}
+
+/* Relaxation length over a, where the layer softens rolling by the ratio `softer`: the mean
+ * weighted by compliance, and a little more. */
+static double length_with_layer(const layer_memory *shape, double bodies, double softer) {
+    double part = 1.0 / (1.0 + softer), more = 1.0 + shape->later * (1.0 - part);
+    return shape->length + (bodies - shape->length) * part * more;
+}
+
+/* Relaxation length of a line contact with one state along its length, which is in semi-widths. The
+ * mean over its length of Cerruti's displacement by a line of tractions at the distance d is that
+ * of ln(2 length/(e d)), which gives `lag`, and of d/length. */
+static double length_of_line(double lag, double c, double length) {
+    return lag + 8.0 * c / (PI * PI * length) * (lag + 5.0 / 3.0);
+}
+
+void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio, double layer_ratio,
+                       double softer, contact_memory *memory) {
+    double g = elliptic ? held(a_over_b) : smaller(a_over_b, MAX_LINE_ASPECT), nu = poisson_ratio;
+    double length[2], compliance, rise;
+    double lateral = 1.0 - nu; /* stiffness across over along rolling */
+    if (elliptic) {
+        values(2, RELAXATION_LENGTHS, g, nu, length);
+        lateral = 1.0 - nu * (1.0 - 0.345 * g) / (1.0 + 0.5 * g); /* c22/c11, to 2 % for steel */
+        /* Mindlin's problem: tractions like one over the root of 1 - X^2 - Y^2 displace the centre
+         * by the integrals of cos^2 and (1 - nu) sin^2 over sqrt(cos^2 + g^2 sin^2). */
+        double along = g * g * hertz_integral(g, 1.0) + (1.0 - nu) * hertz_integral(1.0, g);
+        compliance = along / (9.0 * (1.0 - nu));
+        rise = (32.0 / (3.0 * PI * PI) - 1.0) * compliance;
+    } else {
+        double lines = 2.0 / g, lag = logarithm(4.0 * lines) - 1.5, e = nu / (1.0 - nu);
+        length[0] = length_of_line(lag + e, (1.0 - 2.0 * nu) / (1.0 - nu), lines);
+        length[1] = length_of_line(lag - nu, 1.0 + nu, lines);
+        compliance = 0.5 * (lag + 0.5 + e);
+        rise = 0.75 - 0.69314718055994531; /* ln(2) */
+    }
+    const layer_memory *shape = elliptic ? &LAYER_ELLIPSE : &LAYER_LINE;
+    memory->relaxation_length = length_with_layer(shape, length[0], softer);
+    memory->lateral_relaxation_length = length_with_layer(shape, length[1], softer * lateral);
+    memory->standing_stiffness = 1.0 / standing_compliance(shape, compliance, rise, layer_ratio);
+}
+
+#ifndef ONE_FILE_KERNEL
 /* Creepages along and across rolling at which the stick area vanishes, over zeta0 of strips. They
  * are the largest strains under Hertz's traction in full slip, with g = a/b:
  *
@@ -46,23 +126,6 @@ static double softening(double stiffness, double saturation) {
     return (1.0 - 1.0 / at) / at;
 }
 
-static double held(double a_over_b) { return smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT); }
-
-/* Values whose logarithms are polynomials of g = a/b, which is within its range, and nu. */
-static void values(int n, const double logarithms[][ASPECT_TERMS][POISSON_TERMS], double g,
-                   double nu, double value[]) {
-    double along[ASPECT_TERMS], across[POISSON_TERMS];
-    chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
-    chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);
-    for (int k = 0; k < n; k++) {
-        double log_of = 0.0;
-        for (int i = 0; i < ASPECT_TERMS; i++)
-            for (int j = 0; j < POISSON_TERMS; j++)
-                log_of += logarithms[k][i][j] * along[i] * across[j];
-        value[k] = exponential(log_of);
-    }
-}
-
 void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scales *scales) {
     double g = held(a_over_b), nu = poisson_ratio, c[4];
     values(4, CREEP_COEFFICIENTS, g, nu, c);
@@ -87,3 +150,4 @@ void relaxation_lengths_of(double a_over_b, double poisson_ratio, relaxation_len
     lengths->lateral = length[1];
     lengths->spin = length[2];
 }
+#endif /* ONE_FILE_KERNEL */

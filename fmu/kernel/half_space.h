@@ -4,6 +4,34 @@
 
 #include "export.h"
 
+/* Range of the ratio of semi-axes, along over across rolling. */
+#define MIN_ASPECT 0.05
+#define MAX_ASPECT 20.0
+
+/* Largest semi-width of a line contact over half its length. */
+#define MAX_LINE_ASPECT 0.5
+
+/* What memory.h needs of a contact, from its shape and its layer. */
+typedef struct {
+    double relaxation_length;         /* over a: the longitudinal force in full stick lags so far
+                                         behind a creepage that changes slowly [1] */
+    double lateral_relaxation_length; /* the same of the lateral force [1] */
+    double standing_stiffness;        /* at standstill in full stick: growth of the longitudinal
+                                         force over f P per displacement over a 2 f p0/E* [1] */
+} contact_memory;
+
+/* Memory of bodies with a layer between them. E* is the contact modulus of Hertz's pressure,
+ * whatever the stiffness in rolling.
+ *
+ *     a_over_b      semi-axes of an ellipse along over across rolling, or the semi-width of a line
+ *                   contact over half its length; held within its range
+ *     layer_ratio   lam = L E* / (2 a), with the layer's compliance L; 0: no layer
+ *     softer        initial slope of the steady law without the layer, over that with it, minus 1
+ */
+CONTACTLIB_API void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio,
+                                      double layer_ratio, double softer, contact_memory *memory);
+
+#ifndef ONE_FILE_KERNEL
 typedef struct {
     double c11; /* Kalker's creep coefficients [1] */
     double c22;
@@ -17,10 +45,6 @@ typedef struct {
      * mean of the creepages that spin causes half a semi-axis away from the centre. */
     double spin_scale;
 } half_space_scales;
-
-/* Range of the ratio of semi-axes, along over across rolling. */
-#define MIN_ASPECT 0.05
-#define MAX_ASPECT 20.0
 
 /* Scales of an ellipse; the ratio is held within its range, and 0 <= poisson_ratio <= 0.5. */
 CONTACTLIB_API void half_space_scales_of(double a_over_b, double poisson_ratio,
@@ -37,5 +61,6 @@ typedef struct {
 /* Relaxation lengths of an ellipse, with the arguments held as above. */
 CONTACTLIB_API void relaxation_lengths_of(double a_over_b, double poisson_ratio,
                                           relaxation_lengths *lengths);
+#endif /* ONE_FILE_KERNEL */
 
 #endif

@@ -4,8 +4,6 @@
 
 #include "simd_math.h"
 
-static const double PI = 3.14159265358979324;
-
 /* Integral of cos^2 t/sqrt(cos^2 t + k^2 sin^2 t) over t from 0 to pi/2, for k > 0.
  *
  * Bulirsch, "Numerical calculation of elliptic integrals and elliptic functions III", Numerische
@@ -31,6 +29,7 @@ double hertz_integral(double along, double across) {
     return 3.0 * cosine_integral(along / across) / (along * along * across);
 }
 
+#ifndef ONE_FILE_KERNEL
 void hertz_semi_axes(double radius_x, double radius_y, double compliance, double *semi_axes) {
     enum { HALVINGS = 60 };
     double log_radii = logarithm(radius_y) - logarithm(radius_x);
@@ -47,3 +46,4 @@ void hertz_semi_axes(double radius_x, double radius_y, double compliance, double
     semi_axes[0] = mean / root;
     semi_axes[1] = mean * root;
 }
+#endif /* ONE_FILE_KERNEL */

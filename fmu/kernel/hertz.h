@@ -9,9 +9,11 @@
  */
 CONTACTLIB_API double hertz_integral(double along, double across);
 
+#ifndef ONE_FILE_KERNEL
 /* Semi-axes along and across rolling [m] of the contact of two surfaces with these relative radii
  * [m], for a compliance P/(pi E*) [m2]. All are positive, the radii's ratio from 1e-60 to 1e60. */
 CONTACTLIB_API void hertz_semi_axes(double radius_x, double radius_y, double compliance,
                                     double *semi_axes);
+#endif /* ONE_FILE_KERNEL */
 
 #endif

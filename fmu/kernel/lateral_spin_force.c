@@ -74,10 +74,11 @@ static lateral_spin_change change_of_forces(const force_element_parameters *ther
     return d;
 }
 
-/* Changes of the rates of the memory; the forces change by d. */
-static void change_of_memory(const force_element_parameters *there, const lateral_spin_force *s,
-                             const memory_place *m, const lateral_spin_change *d,
-                             const force_element_input *din, double rate[3]) {
+/* Change of what the memory depends on; the steady forces change by d. */
+static memory_direction memory_direction_of(const lateral_spin_force *s, const memory_place *m,
+                                            const lateral_spin_change *d,
+                                            const force_element_input *in,
+                                            const force_element_input *din) {
     const force_state *at = &s->at;
     memory_direction to;
     for (int i = 0; i < 2; i++) {
@@ -86,13 +87,39 @@ static void change_of_memory(const force_element_parameters *there, const latera
     }
     double log_k = at->k_hat < at->scales.k_hat ? 0.0 : 1.0;
     to.k_hat = -at->k_hat * log_k * (0.5 * d->log_kinetic + d->log_width);
-    to.weakening = -m->weakening * (d->log_kinetic + 2.0 * d->log_width);
-    to.held[0] = din->held_traction;
+    to.weakening = -m->weakening * (d->log_kinetic + d->log_width);
+    to.held[0] = din->held_force;
     to.held[1] = din->held_lateral;
+    to.outer[0] = din->outer_force;
+    to.outer[1] = din->outer_lateral;
     to.unslipped = din->unslipped;
-    to.pace = at->speed_slope * din->speed / there->relaxation_length - m->pace * d->log_width;
-    to.log_g = d->log_kinetic;
-    memory_change(m, at, &to, rate);
+    to.pace = at->speed_slope * din->speed / at->scales.relaxation_length;
+    to.log_scale = d->log_kinetic + d->log_load;
+    to.log_limit = d->log_load + din->friction_scale / in->friction_scale;
+    return to;
+}
+
+/* Changes of the rates as the semi-width and the lengths and stiffness of the memory change with
+ * the load, by central differences. */
+static void change_with_lengths(const creep_table *table, const force_element_parameters *there,
+                                const force_element_input *in, const lateral_spin_force *s,
+                                double log_load, double *change) {
+    const double small = 1e-5;
+    double rate[2][MEMORY_STATES];
+    for (int i = 0; i < 2; i++) {
+        force_element_parameters near = force_element_at_load(
+            there, there->nominal_load * (i == 0 ? 1.0 + small : 1.0 - small));
+        contact_scales scales = contact_scales_of(table, &near);
+        force_state at = s->at;
+        at.scales.relaxation_length = scales.relaxation_length;
+        at.scales.lateral_relaxation_length = scales.lateral_relaxation_length;
+        at.scales.standing_stiffness = scales.standing_stiffness;
+        at.scales.initial_slope = scales.initial_slope;
+        memory_place m = memory_at(&near, in, &at, s->creepage[1], s->law.force);
+        memory_rates(&m, rate[i]);
+    }
+    double per = log_load / (2.0 * small);
+    for (int i = 0; i < MEMORY_STATES; i++) change[i] += per * (rate[0][i] - rate[1][i]);
 }
 
 static memory_place memory_of(const force_element_parameters *there, const force_element_input *in,
@@ -127,18 +154,29 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     out->force_by_load -= at->kinetic * growth * by[1] * s.creepage[1];
     if (!remembers(p)) return;
     memory_place m = memory_of(p, in, &s);
-    for (int i = 0; i < 5; i++) { /* by each state */
+    force_element_output steady = *out;
+    hold_forces(p, in, &m, out);
+    memory_direction heavier;
+    memset(&heavier, 0, sizeof heavier);
+    heavier.log_limit = 1.0 / in->normal_load;
+    held_change more = change_of_held(&m, &heavier);
+    out->force_by_load = more.acting[0][0] + more.acting[1][0];
+    out->force_by_omega = out->force_by_speed = 0.0;
+    for (int i = 0; i < 2 + MEMORY_STATES; i++) {
         force_element_input din;
-        double rate[3], *state[] = {&din.omega, &din.speed, &din.held_traction, &din.held_lateral,
-                                    &din.unslipped};
+        double rate[MEMORY_STATES], *const state[] = {&din.omega,        &din.speed,
+                                                      &din.held_force,   &din.unslipped,
+                                                      &din.outer_force,  &din.held_lateral,
+                                                      &din.outer_lateral};
         memset(&din, 0, sizeof din);
         *state[i] = 1.0;
         lateral_spin_change d =
-            change_of_forces(p, table->lateral_spin->slip_spread, in, out, &s, &din);
-        change_of_memory(p, &s, &m, &d, &din, rate);
-        set_rates_by(i, rate, out);
+            change_of_forces(p, table->lateral_spin->slip_spread, in, &steady, &s, &din);
+        memory_direction to = memory_direction_of(&s, &m, &d, in, &din);
+        held_change h = change_of_held(&m, &to);
+        memory_change(&m, &to, &h, rate);
+        set_changes_by(i, &h, rate, out);
     }
-    hold_forces(p, in, at, &m, out);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -189,7 +227,7 @@ static void begin_to_grip(const creep_table *table, const force_element_paramete
     int loaded = is_loaded(p, in->normal_load);
     if (!loaded && (in->normal_load < 0.0 || !has_friction(in))) return;
     friction_fall fall = friction_without_grip(table, p, in);
-    force_state at = begin_force(table, p, contact_scales_of(p), in, &fall, 0.0);
+    force_state at = begin_force(table, p, contact_scales_of(table, p), in, &fall, 0.0);
     double share[2], more = loaded ? in->normal_load * din->friction_scale : din->normal_load;
     sliding_shares(table, p, in, &at, share);
     dout->creep_force = share[0] * more;
@@ -202,7 +240,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
                            const force_element_input *din, force_element_output *dout) {
     static const lateral_spin_contact NO_CONTACT = {.shape = {.stiffness_ratio = 1.0}};
     dout->creep_force = dout->lateral_force = dout->spin_moment = dout->traction_coefficient = 0.0;
-    dout->traction_rate = dout->lateral_rate = dout->unslipped_rate = 0.0;
+    memset(&dout->held_rate, 0, MEMORY_STATES * sizeof(double));
     dout->creepage = out->creepage_by_omega * din->omega + out->creepage_by_speed * din->speed;
     if (can_grip(p, in)) {
         creep_table any = *table;
@@ -221,30 +259,21 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
             scale[2] * (direction * d.force[2] + force[2] * (direction * d.log_width + turned));
         if (remembers(p)) {
             memory_place m = memory_of(&there, in, &s);
-            double rate[3];
-            change_of_memory(&there, &s, &m, &d, din, rate);
-            dout->traction_rate = rate[0];
-            dout->lateral_rate = rate[1];
-            dout->unslipped_rate = rate[2];
-            dout->traction_coefficient = din->held_traction;
-            dout->creep_force =
-                in->held_traction * din->normal_load + in->normal_load * din->held_traction;
-            dout->lateral_force =
-                in->held_lateral * din->normal_load + in->normal_load * din->held_lateral;
+            memory_direction to = memory_direction_of(&s, &m, &d, in, din);
+            held_change h = change_of_held(&m, &to);
+            memory_change(&m, &to, &h, &dout->held_rate);
+            if (d.log_load != 0.0)
+                change_with_lengths(&any, &there, in, &s, d.log_load, &dout->held_rate);
+            dout->creep_force = h.acting[0][0] + h.acting[1][0];
+            dout->lateral_force = h.acting[0][1] + h.acting[1][1];
+            dout->traction_coefficient =
+                (dout->creep_force - (m.acting[0][0] + m.acting[1][0]) * d.log_load) /
+                in->normal_load;
         }
     } else {
-        begin_to_grip(table, p, in, din, dout);
-        if (remembers(p)) {
-            const double held[3] = {din->held_traction, din->held_lateral, din->unslipped};
-            const double *by = &out->traction_by_omega;
-            double *rate = &dout->traction_rate;
-            dout->creep_force = out->force_by_load * din->normal_load;
-            if (in->normal_load >= 0.0 && has_friction(in))
-                dout->lateral_force = in->held_lateral * din->normal_load;
-            dout->traction_coefficient = 0.0;
-            for (int i = 0; i < 3; i++, by += 5)
-                rate[i] = by[0] * din->omega + by[1] * din->speed + by[2 + i] * held[i];
-        }
+        if (!remembers(p)) begin_to_grip(table, p, in, din, dout);
+        for (int i = 0; remembers(p) && i < MEMORY_STATES; i++)
+            (&dout->held_rate)[i] = -RELEASE * (&din->held_force)[i];
     }
     dout->wheel_torque = -p->radius * dout->creep_force;
 }

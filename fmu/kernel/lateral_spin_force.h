@@ -47,7 +47,7 @@ ALWAYS_INLINE void lateral_spin_force_begin(const creep_table *table,
                                             const force_element_parameters *there,
                                             const force_element_input *in, slip_speeds slip,
                                             lateral_spin_force *s) {
-    contact_scales scales = contact_scales_of(there);
+    contact_scales scales = contact_scales_of(table, there);
     s->slip = slip;
     s->fall = falling_friction(table, there, scales, in, slip.size, decay_at(there, slip.size),
                                softens_with_heat(there));

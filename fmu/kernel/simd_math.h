@@ -30,6 +30,8 @@
 #define NOT_VECTORIZED
 #endif
 
+#define PI 3.14159265358979324
+
 /* Smaller and larger of two numbers, not NaN: one instruction each, unlike fmin and fmax. */
 ALWAYS_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 

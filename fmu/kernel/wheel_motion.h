@@ -19,6 +19,12 @@ typedef struct {
     lanes saturation; /* creepage at the start of the substep */
 } motion;
 
+/* Number of states of the memory that change. */
+static inline int memory_states_of(const motion *m) {
+    if (!remembers(m->contact.given[0])) return 0;
+    return m->contact.table->lateral_spin != NULL ? MEMORY_STATES : LATERAL;
+}
+
 /* Set the rates of the velocities and their rows of the Jacobian. */
 ALWAYS_INLINE void set_motion(motion *m, rows y, rows f, matrix *jacobian) {
     lanes *out = m->contact.out;
@@ -34,48 +40,56 @@ ALWAYS_INLINE void set_motion(motion *m, rows y, rows f, matrix *jacobian) {
         if (!jacobian) continue;
         /* Without contact the equations are not stiff, and the slip's accuracy does not matter. */
         double saturation = OUTPUT_OF(saturation_creepage)[l];
-        double by_traction = OUTPUT_OF(force_by_traction)[l];
         m->saturation[l] = saturation > 0.0 ? saturation : 1.0;
         lanes(*j)[MAX_STATES] = *jacobian;
         j[0][0][l] = free * rates.jacobian[0][0];
         j[0][1][l] = free * rates.jacobian[0][1];
         j[1][0][l] = rates.jacobian[1][0];
         j[1][1][l] = rates.jacobian[1][1];
-        j[0][2][l] = free * (-body.radius * by_traction / body.inertia);
-        j[1][2][l] = by_traction * body.inverse_mass;
-        j[0][3][l] = j[1][3][l] = j[0][4][l] = j[1][4][l] = 0.0;
+        for (int i = 0; i < MEMORY_STATES; i++) {
+            double by = (&OUTPUT_OF(force_by_memory))[i][l];
+            j[0][2 + i][l] = free * (-body.radius * by / body.inertia);
+            j[1][2 + i][l] = by * body.inverse_mass;
+        }
     }
 }
 
-/* Rows of y: omega, speed, held_traction, held_lateral, unslipped. The last three are constant
- * without memory. */
+/* Rows of y: omega, speed and the states of the memory, which are constant without it; those of a
+ * lateral force come last. */
 static void motion_rates_of(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     lanes *in = m->contact.in, *out = m->contact.out;
-    const int memory_rows = remembers(m->contact.given[0]) ? 3 : 0;
+    const int memory_rows = memory_states_of(m);
     memcpy(INPUT(omega), y[0], sizeof(lanes));
     memcpy(INPUT(speed), y[1], sizeof(lanes));
-    for (int i = 0; i < memory_rows; i++)
-        memcpy((&INPUT(held_traction))[i], y[2 + i], sizeof(lanes));
+    for (int i = 0; i < memory_rows; i++) memcpy((&INPUT(held_force))[i], y[2 + i], sizeof(lanes));
     if (jacobian) contacts_evaluate_motion(&m->contact);
     else contacts_evaluate_force(&m->contact);
     for (int i = 0; i < memory_rows; i++)
-        memcpy(f[2 + i], (&OUTPUT_OF(traction_rate))[i], sizeof(lanes));
+        memcpy(f[2 + i], (&OUTPUT_OF(held_rate))[i], sizeof(lanes));
     if (!jacobian) {
         set_motion(m, y, f, NULL);
         return;
     }
     set_motion(m, y, f, jacobian);
     for (int i = 0; i < memory_rows; i++)
-        memcpy((*jacobian)[2 + i], &OUTPUT_OF(traction_by_omega) + 5 * i, 5 * sizeof(lanes));
+        memcpy((*jacobian)[2 + i], &OUTPUT_OF(memory_by) + (2 + MEMORY_STATES) * i,
+               (2 + MEMORY_STATES) * sizeof(lanes));
 }
 
 /* Of the memory alone. */
 static void memory_error_size(void *model, rows y, rows error, lanes size) {
     const motion *m = (const motion *)model;
     for (int l = 0; l < LANES; l++) {
-        double traction = traction_scale(m->contact.given[l], fabs(y[2][l]) + fabs(y[3][l]));
-        size[l] = (fabs(error[2][l]) + fabs(error[3][l])) / traction + fabs(error[4][l]);
+        double load = m->contact.in[PLACE(force_element_input, normal_load)][l];
+        double held = fabs(y[2 + HELD][l]),
+               wrong = fabs(error[2 + HELD][l]) + fabs(error[2 + OUTER][l]);
+        if (memory_states_of(m) == MEMORY_STATES) {
+            held += fabs(y[2 + HELD_LATERAL][l]);
+            wrong += fabs(error[2 + HELD_LATERAL][l]) + fabs(error[2 + OUTER_LATERAL][l]);
+        }
+        size[l] =
+            wrong / force_scale(m->contact.given[l], load, held) + fabs(error[2 + UNSLIPPED][l]);
     }
 }
 
@@ -93,9 +107,11 @@ static void motion_error_size(void *model, rows y, rows error, lanes size) {
 }
 
 static inline equations motion_equations(motion *m) {
-    equations wheelset = {2, 2, {0, 1, 2, 3, 4}, m, motion_rates_of, motion_error_size};
-    equations memory = {4, 4, {0, 2, 3, 4}, m, motion_rates_of, memory_error_size};
-    if (remembers(m->contact.given[0])) wheelset.states = wheelset.rows = 5;
+    int count = memory_states_of(m);
+    equations wheelset = {2 + count, 2 + count,       {0, 1, 2, 3, 4, 5, 6},
+                          m,         motion_rates_of, motion_error_size};
+    equations memory = {1 + count, 1 + count,       {0, 2, 3, 4, 5, 6},
+                        m,         motion_rates_of, memory_error_size};
     return m->prescribed ? memory : wheelset;
 }
 
@@ -114,9 +130,9 @@ static inline void load_motion(motion *m, rows y, int l, const wheelset_task *ta
     m->omega_rate[l] = task->omega_rate;
     y[0][l] = task->input.omega;
     y[1][l] = task->input.speed;
-    y[2][l] = task->input.held_traction;
-    y[3][l] = task->input.held_lateral;
-    y[4][l] = task->input.unslipped;
+    force_element_input held = task->input;
+    if (remembers(task->contact)) lose_excess(task->contact, &held);
+    for (int i = 0; i < MEMORY_STATES; i++) y[2 + i][l] = (&held.held_force)[i];
 }
 
 /* A step that is long against the distance of an end of slip may overshoot the part that is left.
@@ -124,9 +140,8 @@ static inline void load_motion(motion *m, rows y, int l, const wheelset_task *ta
 static inline void store_motion(rows y, int l, force_element_input *state) {
     state->omega = y[0][l];
     state->speed = y[1][l];
-    state->held_traction = y[2][l];
-    state->held_lateral = y[3][l];
-    state->unslipped = smaller(larger(y[4][l], 0.0), 1.0);
+    for (int i = 0; i < MEMORY_STATES; i++) (&state->held_force)[i] = y[2 + i][l];
+    state->unslipped = smaller(larger(state->unslipped, 0.0), 1.0);
 }
 
 #endif

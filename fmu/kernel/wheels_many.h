@@ -53,6 +53,8 @@ void WIDE(force_element_forces)(const creep_table *table,
                                       0.0,
                                       0.0,
                                       0.0,
+                                      0.0,
+                                      0.0,
                                       0.0};
             contacts_load(&c, (int)l, parameters, &in);
         }

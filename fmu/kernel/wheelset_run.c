@@ -23,13 +23,24 @@ void control_law_command(const control_law *law, double reference, double creepa
     }
 }
 
-/* The integrator's rows are those of run_row up to the torque; the first four are states. */
-enum { ROW_SPEED, ROW_OMEGA, ROW_MEMORY, ROW_TIME, RUN_STATES, RUN_ROWS = 9 };
-static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED, LEFT,  -1,         -1,  DISTANCE,
-                                             DRIVE, CREEP, RESISTANCE, LOSS};
-ASSERT_LAYOUT(rows_of_the_run, PLACE(run_row, time) == ROW_TIME &&
-                                   PLACE(run_row, loss_work) + 1 == RUN_ROWS &&
-                                   (int)RUN_ROWS <= (int)MAX_ROWS);
+/* The integrator's rows are those of run_row up to the torque; the first ones are states, the last
+ * of them only of a contact with memory. */
+enum {
+    ROW_SPEED,
+    ROW_OMEGA,
+    ROW_MEMORY,
+    ROW_TIME,
+    ROW_HELD,
+    ROW_DISTANCE = ROW_HELD + LATERAL,
+    RUN_ROWS = ROW_DISTANCE + 5
+};
+static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED,     LEFT,           -1,         -1,
+                                             HELD_LEFT, UNSLIPPED_LEFT, OUTER_LEFT, DISTANCE,
+                                             DRIVE,     CREEP,          RESISTANCE, LOSS};
+ASSERT_LAYOUT(rows_of_the_run,
+              PLACE(run_row, time) == ROW_TIME && PLACE(run_row, held_force) == ROW_HELD &&
+                  PLACE(run_row, distance) == ROW_DISTANCE &&
+                  PLACE(run_row, loss_work) + 1 == RUN_ROWS && (int)RUN_ROWS <= (int)MAX_ROWS);
 
 struct wheelset_run {
     drivetrain_member member;
@@ -99,6 +110,7 @@ static control_command evaluate_loop(wheelset_run *run, rows y, rows all) {
     memset(all, 0, sizeof(rows));
     all[SPEED][0] = y[ROW_SPEED][0];
     all[LEFT][0] = y[ROW_OMEGA][0];
+    for (int i = 0; i < LATERAL; i++) all[DRIVETRAIN_ROW[ROW_HELD + i]][0] = y[ROW_HELD + i][0];
     fill(&run->wheels, all);
     wheels(&run->wheels, all, contacts_evaluate_all);
     control_command command;
@@ -114,23 +126,26 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     if (jacobian) memset(j, 0, sizeof j);
     control_command command = evaluate_loop(run, y, all);
     set_rates(&run->wheels, all, found, jacobian ? &j : NULL);
-    for (int i = 0; i < RUN_ROWS; i++)
+    if (run->wheels.remembering) set_memory_rates(&run->wheels, all, found, jacobian ? &j : NULL);
+    const equations *p = &run->problem;
+    for (int n = 0; n < p->rows; n++) {
+        int i = p->place[n];
         if (DRIVETRAIN_ROW[i] >= 0) f[i][0] = found[DRIVETRAIN_ROW[i]][0];
+    }
     f[ROW_MEMORY][0] = command.memory_rate;
     f[ROW_TIME][0] = 1.0;
     if (!jacobian) return;
-    const wheelset_parameters *body = &run->member.drivetrain->body;
-    double reference, slope;
-    regularized_speed(y[ROW_SPEED][0], body->minimum_speed, &reference, &slope);
-    double by[2] = {(-1.0 - creepage_now(run) * slope) / reference, body->radius / reference};
+    const lanes *out = wheel_now(run)->out;
+    double by[2] = {OUTPUT_OF(creepage_by_speed)[0], OUTPUT_OF(creepage_by_omega)[0]};
     lanes(*to)[MAX_STATES] = *jacobian;
-    for (int i = 0; i < RUN_ROWS; i++) {
-        int from = DRIVETRAIN_ROW[i];
+    for (int n = 0; n < p->rows; n++) {
+        int i = p->place[n], from = DRIVETRAIN_ROW[i];
         if (from < 0) continue;
         for (int c = 0; c < 2; c++)
             to[i][c][0] = j[from][DRIVETRAIN_ROW[c]][0] +
                           j[from][TORQUE][0] * command.torque_by_creepage * by[c];
         to[i][ROW_MEMORY][0] = j[from][TORQUE][0] * command.torque_by_memory;
+        for (int c = ROW_HELD; c < p->states; c++) to[i][c][0] = j[from][DRIVETRAIN_ROW[c]][0];
     }
     for (int c = 0; c < 2; c++) to[ROW_MEMORY][c][0] = command.rate_by_creepage * by[c];
     to[ROW_MEMORY][ROW_MEMORY][0] = command.rate_by_memory;
@@ -141,8 +156,10 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     rates_of_loop(run, moved, sooner, NULL);
     moved[ROW_TIME][0] = y[ROW_TIME][0] + run->moment;
     rates_of_loop(run, moved, later, NULL);
-    for (int i = 0; i < RUN_ROWS; i++)
+    for (int n = 0; n < p->rows; n++) {
+        int i = p->place[n];
         to[i][ROW_TIME][0] = (later[i][0] - sooner[i][0]) / (2.0 * run->moment);
+    }
 }
 
 /* Root mean square of a change of the rows but the time, relative to their sizes; in place of omega
@@ -152,7 +169,8 @@ static double relative_size(const wheelset_run *run, rows y, rows change) {
     double radius = run->member.drivetrain->body.radius, sum = 0.0;
     double saturation =
         saturation_of(wheel_now(run), 0) * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
-    for (int i = 0; i < RUN_ROWS; i++) {
+    for (int n = 0; n < run->problem.rows; n++) {
+        int i = run->problem.place[n];
         if (i == ROW_TIME) continue;
         double size = fabs(y[i][0]) + scale[i], part = change[i][0];
         if (i == ROW_OMEGA) {
@@ -161,7 +179,7 @@ static double relative_size(const wheelset_run *run, rows y, rows change) {
         }
         sum += part / size * (part / size);
     }
-    return sqrt(sum / (RUN_ROWS - 1));
+    return sqrt(sum / (run->problem.rows - 1));
 }
 
 /* Take one step towards the end; returns whether the tolerance is met. */
@@ -192,8 +210,8 @@ static int take_step(wheelset_run *run) {
             memset(run->bend, 0, sizeof run->bend);
             for (int d = 0; d < 3; d++)
                 for (int at = 0; at < MAX_STAGES; at++)
-                    for (int i = 0; i < RUN_ROWS; i++)
-                        run->bend[d][i][0] += BEND[d][at] * k[at][i][0];
+                    for (int i = 0; i < run->problem.rows; i++)
+                        run->bend[d][run->problem.place[i]][0] += BEND[d][at] * k[at][i][0];
             run->h = h;
             run->next = h * factor;
             return 1;
@@ -217,7 +235,8 @@ static void solution_at(const wheelset_run *run, double time, rows y) {
 /* What the signals of a crossing are above its level, in the state that was evaluated last. */
 static double above_level(const wheelset_run *run, int crossing, rows y) {
     const run_crossing *c = &run->given.crossing[crossing];
-    double creepage = creepage_now(run), by_omega = action_of(wheel_now(run), 0).by_omega;
+    double creepage = creepage_now(run), radius = run->member.drivetrain->body.radius;
+    double by_omega = 0.5 * radius * wheel_now(run)->OUTPUT_OF(force_gradient)[0];
     return c->abs_speed * fabs(y[ROW_SPEED][0]) + c->creepage * creepage +
            c->abs_creepage * fabs(creepage) - c->fall * by_omega - c->level;
 }
@@ -287,10 +306,11 @@ wheelset_run *wheelset_run_begin(const drivetrain_member *member, const run_stre
     run->load = NAN;
     if (memcmp(&given->from, &given->to, sizeof given->to) != 0)
         run->moment = 1e-4 * (given->end - given->start);
-    set_kind(&run->wheels, member);
-    run->problem =
-        (equations){.model = run, .rates = rates_of_loop, .states = RUN_STATES, .rows = RUN_ROWS};
-    for (int i = 0; i < RUN_ROWS; i++) run->problem.place[i] = i;
+    set_kind(&run->wheels, member, 1);
+    int last = remembers(member->contact) ? ROW_DISTANCE : ROW_HELD;
+    run->problem = (equations){.model = run, .rates = rates_of_loop, .states = last};
+    for (int i = 0; i < RUN_ROWS; i++)
+        if (i < last || i >= ROW_DISTANCE) run->problem.place[run->problem.rows++] = i;
     memcpy(run->now, first, RUN_ROWS * sizeof(double));
     run->now[ROW_TIME][0] = run->end = given->start;
     rows all;

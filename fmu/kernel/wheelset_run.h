@@ -39,6 +39,9 @@ typedef struct {
     double omega;           /* [rad/s] */
     double memory;          /* of the controller [N.m] */
     double time;            /* [s] */
+    double held_force;      /* states of a contact with memory: creep force [N], */
+    double unslipped;       /* the part that has not slipped [1], */
+    double outer_force;     /* and the force of the zone that slips first [N] */
     double distance;        /* [m] */
     double drive_work;      /* works, as in a drivetrain [J] */
     double creep_work;      /* [J] */
@@ -53,7 +56,7 @@ typedef struct {
     double abs_speed;    /* weight of the speed's size [1/(m/s)] */
     double creepage;     /* of the creepage */
     double abs_creepage; /* of its size */
-    double fall;         /* of the fall of the creep force with omega at fixed speed [1/(N.s)] */
+    double fall;         /* of the fall of the steady force with omega at fixed speed [1/(N.s)] */
     double level;
     int direction; /* 1: rising only, -1: falling only, 0: either */
     int ends;      /* whether it ends the run */
@@ -86,8 +89,8 @@ CONTACTLIB_API wheelset_run *wheelset_run_begin(const drivetrain_member *member,
                                                 const run_stretch *given, const run_row *first);
 CONTACTLIB_API void wheelset_run_free(wheelset_run *run);
 
-/* Go on with a run whose axle is rigid, without motor lag and memory. Writes rows, the first
- * one too, until there is no room, an event happens or the run ends; sets the status, and the
+/* Go on with a run whose axle is rigid, without motor lag. Writes rows, the first one too, until
+ * there is no room, an event happens or the run ends; sets the status, and the
  * events of the last step if all of its rows are written. Returns the number of rows. */
 CONTACTLIB_API size_t wheelset_run_rows(wheelset_run *run, size_t room, run_row *rows, int *status,
                                         size_t *count, run_event events[RUN_CROSSINGS]);

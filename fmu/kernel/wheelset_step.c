@@ -17,14 +17,57 @@ static double held_tolerance(double required, double count) {
                                         : fmax(required, 1e-1);
 }
 
+/* One substep of a contact with memory by Euler's implicit method, in which the paces of its rates
+ * are those at the start: a force approaches its strength and does not pass it, however long the
+ * substep is. The error is that of the change of the rates. */
+static void euler_substep(const equations *problem, integration *run) {
+    motion *m = problem->model;
+    rows f, after, change;
+    factors s = {.problem = problem, .j = &run->j};
+    const int n = problem->states;
+    problem->rates(m, run->y, f, &run->j);
+    s.h[0] = run->h[0];
+    s.inverse[0] = 1.0 / s.h[0];
+    for (int i = 0; i < n; i++)
+        for (int c = 0; c < n; c++)
+            s.lu[i][c][0] =
+                (i == c ? s.inverse[0] : 0.0) - run->j[problem->place[i]][problem->place[c]][0];
+    factorize(n, s.lu);
+    for (int i = 0; i < n; i++) after[i][0] = f[problem->place[i]][0];
+    solve(n, s.lu, after, change);
+    for (int i = 0; i < n; i++) run->y[problem->place[i]][0] += change[i][0];
+    force_element_input held;
+    take(m->contact.in, 0, FIELDS(force_element_input), (double *)&held);
+    for (int i = 0; i < MEMORY_STATES; i++) (&held.held_force)[i] = run->y[2 + i][0];
+    lose_excess(m->contact.given[0], &held);
+    for (int i = 0; i < MEMORY_STATES; i++) run->y[2 + i][0] = (&held.held_force)[i];
+    problem->rates(m, run->y, after, NULL);
+    for (int i = 0; i < n; i++)
+        after[i][0] = 0.5 * (after[problem->place[i]][0] - f[problem->place[i]][0]);
+    solve(n, s.lu, after, change);
+    memset(f, 0, sizeof f);
+    for (int i = 0; i < n; i++) f[problem->place[i]][0] = change[i][0];
+    problem->error_size(m, run->y, f, run->error);
+}
+
 /* Finish a step in a number of equal substeps, whose errors are not controlled. */
 static const char *advance_evenly(const equations *problem, integration *run, double number,
                                   double *tolerance) {
-    for (double length = run->left[0] / number; number > 0.0; number -= 1.0) {
+    motion *m = problem->model;
+    force_element_parameters frozen = *m->contact.given[0];
+    int remembering = remembers(&frozen);
+    double length = run->left[0] / number;
+    if (remembering) {
+        m->contact.there[PLACE(force_element_parameters, memory)][0] = frozen.memory = 2.0;
+        m->contact.given[0] = &frozen;
+    }
+    for (; number > 0.0; number -= 1.0) {
         run->h[0] = length;
-        rosenbrock_substep(problem, run, INFINITY);
+        if (remembering) euler_substep(problem, run);
+        else rosenbrock_substep(problem, run, INFINITY);
         *tolerance = larger(*tolerance, run->error[0]);
     }
+    if (remembering) run->left[0] = run->error[0] <= 1e300 ? 0.0 : 1.0;
     return run->left[0] > 0.0 ? "a state is not finite" : NULL;
 }
 
@@ -32,6 +75,7 @@ static const char *advance_evenly(const equations *problem, integration *run, do
 static const char *advance(const equations *problem, integration *run, double step,
                            double *tolerance, double *substep, double limit) {
     double held = *tolerance, last = INFINITY;
+    limit = ceil(limit);
     run->left[0] = step;
     run->h[0] = *substep > 0.0 ? *substep : step;
     run->count[0] = 0.0;
@@ -70,7 +114,8 @@ const char *wheelset_advance(const creep_table *table, wheelset_task *task, doub
 const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
                                   double step, size_t *failed) {
 #ifndef ONE_FILE_KERNEL
-    if (n > PAIR) return wheelset_advance_wide(table, tasks, n, step, failed);
+    if (n > PAIR && tasks->max_substeps == 0.0)
+        return wheelset_advance_wide(table, tasks, n, step, failed);
 #endif /* ONE_FILE_KERNEL */
     for (*failed = 0; *failed < n; ++*failed) {
         const char *error = wheelset_advance(table, &tasks[*failed], step);
@@ -94,8 +139,9 @@ const char *force_element_roll(const creep_table *table, const force_element_par
         if (i == 0) {
             in->omega = omega;
             force_element_evaluate(table, contact, in, &out);
-            in->held_traction = out.steady_traction;
+            in->held_force = out.steady_force;
             in->unslipped = out.sticking;
+            in->outer_force = out.steady_outer;
         } else {
             double step = (distance[i] - distance[i - 1]) / speed;
             task.omega_rate = (omega - in->omega) / step;
@@ -105,7 +151,8 @@ const char *force_element_roll(const creep_table *table, const force_element_par
             if (error != NULL) return error;
             in->omega = omega; /* without the rounding */
         }
-        force[i] = in->held_traction * normal_load;
+        force_element_evaluate(table, contact, in, &out);
+        force[i] = out.creep_force; /* as far as friction holds it */
     }
     return NULL;
 }

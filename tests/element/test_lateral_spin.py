@@ -137,7 +137,7 @@ def test_no_load_no_friction_and_no_slip_are_finite() -> None:
         {"omega": 1.0, "speed": 0.5, "normal_load": 1e-90},
     ):
         out = element.evaluate(**given, **moving)
-        assert all(np.isfinite(out[name]) for name in out.dtype.fields or ())
+        assert all(np.isfinite(out[name]).all() for name in out.dtype.fields or ())
     # A load that begins rubs in the direction of the slip.
     begins = element.evaluate(omega=40.1, speed=20.0, normal_load=0.0, lateral_velocity=-0.05)
     light = element.evaluate(omega=40.1, speed=20.0, normal_load=1e-3, lateral_velocity=-0.05)

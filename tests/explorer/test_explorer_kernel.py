@@ -76,31 +76,40 @@ def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
 
 
 REMEMBERING = {
-    "relaxation_length": 5e-3,
-    "lateral_relaxation_length": 4e-3,
-    "standing_stiffness": 0.9,
-    "initial_slope": 2.0,
+    "memory": 1.0,
+    "body_modulus": 1.1e11,
+    "poisson_ratio": 0.28,
+    "transverse_half_length": 30e-3,
 }
-NO_MEMORY = {**REMEMBERING, "relaxation_length": 0.0}
+NO_MEMORY = {**REMEMBERING, "memory": 0.0}
 
 
 def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
     """Contact of a random wheelset, its parameters, and an input of its force element."""
     wheelset = random_wheelset(rng)
-    parameters = {**wheelset.element.parameters, **REMEMBERING}
-    parameters["relaxation_length"] = float(rng.choice([0.0, rng.uniform(1e-3, 1e-2)]))
+    contact = wheelset.element.contact
+    parameters = {
+        **wheelset.element.parameters,
+        "memory": float(rng.integers(2)),
+        "body_modulus": contact.contact_modulus,
+        "poisson_ratio": float(rng.uniform(0.0, 0.5)),
+        "transverse_half_length": max(contact.transverse_half_length, 2.0 * contact.semi_width),
+    }
     if rng.random() < 0.3:
         parameters["weakening_length"] = 0.0
     speed = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 1.8)
     creepage = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-6.0, 0.5)
+    held = parameters["nominal_load"] * rng.uniform(-0.4, 0.4)
     given = {
         "omega": speed * (1.0 + creepage) / wheelset.radius,
         "speed": speed,
         "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
         "friction_scale": rng.uniform(0.2, 1.5),
-        "held_traction": rng.uniform(-0.4, 0.4),
-        "held_lateral": rng.uniform(-0.4, 0.4),
+        "held_force": held,
         "unslipped": rng.uniform(0.0, 1.0),
+        "outer_force": held * rng.uniform(0.1, 0.4),
+        "held_lateral": 0.0,
+        "outer_lateral": 0.0,
         "lateral_velocity": 0.0,
         "spin_velocity": 0.0,
     }
@@ -116,7 +125,8 @@ FORCES = """async (cases) => {
     const output = kernel.filled("force_element_output", (to) => module.force_element_evaluate(
       kernel.tables[contact], element(), given("force_element_input", input), to));
     const scales = kernel.filled("contact_scales", (to) =>
-      module.force_element_scales(element(), parameters.nominal_load * 1.1, 0.7, to));
+      module.force_element_scales(
+        kernel.tables[contact], element(), parameters.nominal_load * 1.1, 0.7, to));
     return [output, scales].map((struct) => Object.values(struct));
   });
 }"""
@@ -133,7 +143,8 @@ def test_forces_and_scales_are_those_of_python(page: ExplorerPage) -> None:
         output = element.evaluate(
             np.array([tuple(given.values())], kernel.struct_dtype("force_element_input"))
         )
-        scales = kernel.contact_scales(parameters, parameters["nominal_load"] * 1.1, 0.7)
+        load = parameters["nominal_load"] * 1.1
+        scales = kernel.contact_scales(parameters, load, 0.7, table=tables[shape])
         expected = output.view(np.float64), doubles(scales)
         assert [*map(bits, its)] == [*map(bits, expected)], given
 

@@ -24,6 +24,8 @@ from contactlib import kernel
 from contactlib.export.description import Description
 
 CALCULATED = ("output", "state", "derivative", "indicator")
+MEMORY = ("held_force", "unslipped", "outer_force", "held_lateral", "outer_lateral")
+OUTER_STRENGTH = 0.1567  # share of the zone that slips first, see memory.h
 STEP, SHORT_STEP = 2e-3, 1e-5  # [s]
 
 # Traction, braking, sliding, no load, no friction, little friction, which limits k_hat and the
@@ -175,10 +177,29 @@ class Point:
         inputs["omega"] = ((self.slip if slip is None else slip) + self.speed) / self.radius
         if name == "creep_force" and self.remembers:
             native = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
-            return float(native.evaluate(inputs)["steady_traction"] * self.normal_load)
+            return float(native.evaluate(inputs)["steady_force"])
         given = {**element.parameters, "minimum_speed": self.slowest}
         native = kernel.NativeForceElement(element.native_contact, given)
         return float(native.evaluate(inputs)[name])
+
+    def acting(self, name: str) -> float:
+        """Component of the held force, with each zone as far as static friction holds it [N]."""
+        outer = self.outer_force, self.outer_lateral
+        core = self.held_force - outer[0], self.held_lateral - outer[1]
+        force = 0.0
+        for share, zone in ((OUTER_STRENGTH, outer), (1.0 - OUTER_STRENGTH, core)):
+            size, most = math.hypot(*zone), share * self.largest
+            force += zone[name == "lateral"] * (most / size if size > most else 1.0)
+        return force
+
+    @cached_property
+    def memory_scales(self) -> Any:
+        """What the kernel derives of the memory here."""
+        element = self.description.element
+        scale, table = self.friction_scale * self.fall, element.table.native
+        return kernel.contact_scales(
+            element.rolling_parameters, self.normal_load, scale, table=table
+        )
 
     @cached_property
     def gradient(self) -> float:
@@ -209,7 +230,7 @@ def if_grips(value: Callable[[Point], float]) -> Relation:
 
 def creep_force(p: Point) -> float | bool:
     if p.remembers and not p.stepped:
-        return p.held_traction * max(0.0, p.normal_load) if p.grips else 0.0
+        return p.acting("force") if p.grips else 0.0
     if not p.stepped and p.creep_force * p.slip < 0.0:
         return False
     return abs(p.creep_force) <= p.largest * (1.0 + 1e-12)  # in a step see creepage
@@ -217,7 +238,7 @@ def creep_force(p: Point) -> float | bool:
 
 def lateral_force(p: Point) -> float | bool:
     if p.remembers and p.grips:
-        return p.held_lateral * p.normal_load
+        return p.acting("lateral")
     return dissipates(p)
 
 
@@ -243,15 +264,19 @@ def step_size_hint(p: Point) -> tuple[float, float, float]:
         share = 0.5 if p.parallel_exchange else 1.0
         hint = share / (abs(p.gradient) * p.effective_inverse_mass)
     if p.grips and p.remembers and not p.implicit and not p.parallel_exchange:
-        at, growth = p.contact, p.contact.semi_width / p.semi_width
-        compliance = 2.0 * at.peak_pressure * growth * p.relaxation_length
-        compliance /= p.contact_modulus * p.slope_reduction * p.initial_slope
-        stiffness = max(p.standing_stiffness, 1.0) * p.normal_load / compliance
+        at = p.contact
+        memory = p.memory_scales
+        compliance = 2.0 * at.peak_pressure * memory.relaxation_length
+        compliance /= p.contact_modulus * p.slope_reduction * memory.initial_slope
+        stiffness = max(memory.standing_stiffness, 1.0) * p.normal_load / compliance
         hint = max(hint, 1.0 / math.sqrt(stiffness * p.effective_inverse_mass))
     return min(hint, 1000.0), 1e-4, 0.0
 
 
 def force_limited(p: Point) -> bool:
+    if p.remembers and not p.stepped:
+        held = math.hypot(p.held_force, p.held_lateral)
+        return bool(p.force_limited) == (p.grips and held > p.largest)
     force = math.hypot(p.steady("creep_force"), p.steady("lateral_force"))
     limited = p.grips and force > (1.0 - 1e-12) * p.largest * p.fall
     return bool(p.force_limited) == limited
@@ -265,8 +290,10 @@ def moves(name: str) -> Relation:
             return p.values[name], 0.0, 0.0
         rates = [point.values[f"der({name})"] for point in (p.before, p)]
         rise = 0.5 * SHORT_STEP * sum(rates)
-        scale = SHORT_STEP * max(map(abs, rates)) + 1e-9
-        return p.before.values[name] + rise, 1e-2 * scale / abs(p.values[name] or 1.0), 1.0
+        force = name in MEMORY and name != "unslipped"
+        size = p.static_friction * p.nominal_load if force else 0.1
+        scale = SHORT_STEP * max(map(abs, rates)) + 1e-8 * size
+        return p.before.values[name] + rise, 5e-2 * scale / abs(p.values[name] or 1.0), 1.0
 
     return end
 
@@ -310,12 +337,8 @@ CONTACT: dict[str, Relation] = {
     "force_limited": force_limited,
     "unloaded": lambda p: bool(p.unloaded) == (p.normal_load <= 0.0),
     "step_size_hint": step_size_hint,
-    "held_traction": moves("held_traction"),
-    "held_lateral": moves("held_lateral"),
-    "unslipped": moves("unslipped"),
-    "der(held_traction)": rate_of("held_traction"),
-    "der(held_lateral)": rate_of("held_lateral"),
-    "der(unslipped)": rate_of("unslipped"),
+    **{name: moves(name) for name in MEMORY},
+    **{f"der({name})": rate_of(name) for name in MEMORY},
     "falling_indicator": positive_where("falling_branch", "falling_indicator"),
     "speed_indicator": positive_where("speed_regularized", "speed_indicator"),
     "k_hat_indicator": positive_where("k_hat_limited", "k_hat_indicator"),

@@ -86,7 +86,7 @@ def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
     falling = [name for name in ("falling_branch",) if name in together.outputs]
     given = [inputs_at(together.inputs, i, 7) for i in range(count)]
     together.set(**{name: [of[name] for of in given] for name in given[0]})
-    start = {"omega": 20.0, "speed": 10.0, "held_traction": 0.1}
+    start = {"omega": 20.0, "speed": 10.0, "held_force": 1e4}
     for i in range(count):
         single.set(**given[i], **{n: (1.0 + 0.001 * i) * start[n] for n in names if n in start})
         for name in names:

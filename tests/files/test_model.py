@@ -159,13 +159,14 @@ def test_a_contact_with_memory_has_the_lengths_of_its_shape(tmp_path: Path, name
     plain = cl.load_model(name).wheelset.element
     assert (element.memory, plain.memory) == (True, False)
     assert plain.rolling_parameters == element.parameters  # steady rolling is the same
-    rolling, contact = element.rolling_parameters, element.contact
-    length = rolling["relaxation_length"] / contact.semi_width
+    contact, scales = element.contact, element.memory_scales
+    assert element.rolling_parameters == {**element.parameters, **element.memory_parameters}
+    length = scales.relaxation_length / contact.semi_width
     assert length == pytest.approx(contact.relaxation_lengths.longitudinal, rel=1e-12)
     record = element.evaluate(omega=element.minimum_speed / element.radius, speed=10.0 * 0.01)
     scale = element.friction.kinetic * element.normal_load / element.saturation_creepage
     slope = record["force_gradient"] * element.minimum_speed / scale
-    assert rolling["initial_slope"] == pytest.approx(slope, rel=1e-6)
+    assert scales.initial_slope == pytest.approx(slope, rel=1e-6)
 
 
 POLACH = """

@@ -426,10 +426,6 @@ def test_continuous_controllers_are_read(tmp_path: Path) -> None:
         (f"{TORQUE}torque = [0.0]", r"controllers\.torque\.torque is not a known key"),
         (f"{TORQUE}[motor]\nlag = 0.01", r"torque is continuous .* must not have \[motor\]$"),
         (f"{TORQUE}[axle]\nstiffness = 6e6", r"torque is continuous .* must not have \[axle\]$"),
-        (
-            f"{TORQUE}[vehicle_changes.contact]\nmemory = true",
-            r"torque is continuous .* must not have contact\.memory = true$",
-        ),
         (f"{CREEP}[track]\ndistance = [0.0]\nfriction = [0.5]", r"creep is .* have \[track\]$"),
     ],
 )

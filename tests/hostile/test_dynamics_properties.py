@@ -155,8 +155,9 @@ def test_a_torque_that_the_sliding_wheel_holds_has_no_time_to_slip_away() -> Non
 def test_a_loop_much_slower_than_its_samples_is_refused(
     name: str, time: float, sample_time: float
 ) -> None:
+    given: dict[str, Any] = {name: time, "sample_time": sample_time}
     with pytest.raises(ValueError, match=rf"{name} = .* must be <= \S+ times sample_time"):
-        stability.proportional_window(70.0, **{name: time}, sample_time=sample_time)
+        stability.proportional_window(70.0, **given)
 
 
 def test_a_patch_on_which_a_vehicle_stops_is_refused() -> None:

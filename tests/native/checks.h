@@ -36,22 +36,23 @@ static inline double random_exponent(double low, double high) {
     return pow(10.0, low + (high - low) * random_unit());
 }
 
-#define SOME_CONTACT                 \
-    {                                \
-        .radius = 0.5,               \
-        .static_friction = 0.45,     \
-        .kinetic_friction = 0.21,    \
-        .weakening_length = 1.3e-6,  \
-        .slope_reduction = 0.14,     \
-        .semi_width = 5e-3,          \
-        .peak_pressure = 5.77e8,     \
-        .contact_modulus = 1.154e11, \
-        .nominal_load = 2.2e5,       \
-        .load_exponent = 0.5,        \
-        .minimum_speed = 0.1,        \
-        .slip_rate_residual = 1.0,   \
-        .standing_stiffness = 0.9,   \
-        .initial_slope = 2.0,        \
+#define SOME_CONTACT                    \
+    {                                   \
+        .radius = 0.5,                  \
+        .static_friction = 0.45,        \
+        .kinetic_friction = 0.21,       \
+        .weakening_length = 1.3e-6,     \
+        .slope_reduction = 0.14,        \
+        .semi_width = 5e-3,             \
+        .peak_pressure = 5.77e8,        \
+        .contact_modulus = 1.154e11,    \
+        .nominal_load = 2.2e5,          \
+        .load_exponent = 0.5,           \
+        .minimum_speed = 0.1,           \
+        .slip_rate_residual = 1.0,      \
+        .body_modulus = 1.154e11,       \
+        .poisson_ratio = 0.28,          \
+        .transverse_half_length = 3e-2, \
     }
 
 #define SOME_BODY                      \

@@ -55,7 +55,7 @@ def steady_memory(element: cl.ForceElement, *, omega: float, speed: float) -> di
         inputs[name] = value
     contact = kernel.NativeForceElement(element.native_contact, element.rolling_parameters)
     found = contact.evaluate(inputs)
-    names = {"held_traction": "steady_traction", "unslipped": "sticking"}
+    names = {"held_force": "steady_force", "unslipped": "sticking", "outer_force": "steady_outer"}
     return {state: float(found[name]) for state, name in names.items()}
 
 

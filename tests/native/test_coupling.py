@@ -194,7 +194,7 @@ def test_twice_the_hint_is_the_stable_step(rig: cl.Model, parallel: bool, memory
     at = {"omega": point.omega, "speed": speed}
     model = native(description, **at)
     sticking = steady_memory(replace(description.element, memory=True), **at)["unslipped"]
-    length = sticking * description.element.memory_parameters["relaxation_length"]
+    length = sticking * description.element.memory_scales.relaxation_length
     limit = 2.0 * model.get("step_size_hint")[0]
     pole = model.get("force_gradient")[0] * rig.wheelset.radius**2 / rig.wheelset.inertia
 

@@ -87,7 +87,7 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
     for i in range(count):
         speed = 0.0 if i % 8 == 0 else sign() * 10 ** rng.uniform(-2.0, 1.7)
         at_rest = 0.5 * element.minimum_speed
-        width = element.contact.semi_width
+        width, load = element.contact.semi_width, element.contact.normal_load
         across = (i % 2) * element.saturation_creepage * max(abs(speed), at_rest)
         creepage = element.saturation_creepage * sign() * 10 ** rng.uniform(-1.5, 1.0)
         point = {
@@ -104,8 +104,10 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
             "spin": element.saturation_creepage * rng.normal() / width,
             "slip_rate_residual": rng.uniform(0.3, 0.9),
             "slip_rate_decay": rng.uniform(0.1, 0.8),
-            "held_lateral": 0.3 * sign(),
-            "held_traction": 0.4 * sign() * 10 ** rng.uniform(-1.5, 0.3),
+            "held_lateral": 0.1 * load * sign(),
+            "outer_lateral": 0.03 * load * sign(),
+            "held_force": 0.4 * load * sign() * 10 ** rng.uniform(-1.5, 0.1),
+            "outer_force": 0.07 * load * sign(),
             "drive_torque": rng.uniform(-3e4, 3e4),
             "resistance_force": rng.uniform(-1e3, 1e3),
             "weakening_length": element.friction.weakening_length * rng.uniform(0.5, 1.5),
@@ -134,9 +136,11 @@ BY_HAND = {
     *(
         "omega",
         "speed",
-        "held_traction",
-        "held_lateral",
+        "held_force",
         "unslipped",
+        "outer_force",
+        "held_lateral",
+        "outer_lateral",
         "lateral_velocity",
         "spin_velocity",
         "friction_scale",

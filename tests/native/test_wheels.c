@@ -122,10 +122,10 @@ static void test_exchange(const fmi *v) {
             REFUSED("omega[2] cannot be the unknown",
                     v->derivative(c, 0, &by[1], 1, by, 1, seed, change));
     }
-    unsigned rate = index_of("der(held_traction)");
+    unsigned rate = index_of("der(held_force)");
     rate += MAX_VARIABLES;
     if (states > 0 && v->version == 2)
-        REFUSED("der(held_traction[2]) cannot be set", v->set(c, &rate, 1, seed));
+        REFUSED("der(held_force[2]) cannot be set", v->set(c, &rate, 1, seed));
     v->close(c);
 }
 

@@ -237,7 +237,7 @@ def test_sampled_control_holds_the_falling_branch_as_far_as_predicted(
 ) -> None:
     """Just inside the window of gains a kicked creepage comes back; just outside it does not."""
     plant = stability.reduced_plant(rig.wheelset, KICKED, speed=10.0)
-    given = {"delay": samples * 2e-3, "lag": lag, "sample_time": 2e-3}
+    given: dict[str, Any] = {"delay": samples * 2e-3, "lag": lag, "sample_time": 2e-3}
     window = stability.proportional_window(plant.pole, plant.gain, **given)
     assert plant.pole > 20.0
     assert not window.empty

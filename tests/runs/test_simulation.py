@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from native_models import with_memory
 from plain_scenario import controls
 from scipy.integrate import solve_ivp, trapezoid
 
 import contactlib as cl
 from contactlib.runs import Event
+from contactlib.runs.cosimulation import KernelSource, cosimulate
 
 
 def check_energy(run: cl.Result, *, within: float = 1e-8) -> None:
@@ -248,10 +250,42 @@ def test_bad_settings_are_refused(rig: cl.Model, given: dict[str, Any], message:
         cl.simulate(rig.wheelset, **settings)
 
 
-def test_memory_is_refused(rig: cl.Model) -> None:
-    remembering = replace(rig.wheelset, element=replace(rig.wheelset.element, memory=True))
-    with pytest.raises(ValueError, match="memory = True"):
-        cl.simulate(remembering, controls("rig")[0], duration=1.0, initial_speed=10.0)
+def test_memory_is_that_of_another_integrator(locomotive: cl.Model) -> None:
+    body = with_memory(locomotive).wheelset
+    native, radius, start = body.element.rolling_native, body.radius, 0.004
+    load = cl.Profile((0.0, 0.04, 0.1), (1.0e5, 1.4e5, 0.8e5))
+    torque = cl.Profile((0.0, 0.06, 0.1), (5e3, 1.5e4, 4e3))
+    given: dict[str, Any] = {"initial_speed": 2.0, "initial_creepage": start}
+    run = cl.simulate(body, cl.TorqueControl(torque), normal_load=load, tolerance=1e-10, **given)
+    check_energy(run, within=1e-6)
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        contact = native.evaluate_one(x[0], x[1], float(load(t)), 1.0, *x[2:])
+        moved = body.native.motion(x[0], x[1], float(torque(t)), 0.0, contact)
+        held = contact.held_rate, contact.unslipped_rate, contact.outer_rate
+        return [moved.omega_rate, moved.speed_rate, *held]
+
+    omega = (1.0 + start) * 2.0 / radius
+    steady = native.evaluate_one(omega, 2.0, 1.0e5, 1.0)
+    first = [omega, 2.0, steady.steady_force, steady.sticking, steady.steady_outer]
+    end = float(run.time[-1])
+    other = solve_ivp(rates, (0.0, end), first, "BDF", rtol=1e-9, atol=1e-9, max_step=1e-3)
+    assert run["creep_force"][-1] == pytest.approx(other.y[2, -1], rel=1e-5)
+    assert run["creepage"][-1] == pytest.approx(
+        radius * other.y[0, -1] / other.y[1, -1] - 1.0, rel=1e-4
+    )
+    assert run["traction_coefficient"][-1] == pytest.approx(other.y[2, -1] / 0.8e5, rel=1e-5)
+
+
+def test_a_co_simulation_of_a_contact_with_memory_shows_the_steady_force(rig: cl.Model) -> None:
+    given: dict[str, Any] = {"duration": 0.1, "step": 1e-3, "initial_speed": 10.0}
+    control = cl.TorqueControl(cl.Profile.of(1e4))
+    found, steady = (
+        cosimulate(body, KernelSource(body.element), control, initial_creepage=0.003, **given)
+        for body in (with_memory(rig).wheelset, rig.wheelset)
+    )
+    np.testing.assert_array_equal(found["creep_force"], steady["creep_force"])
+    assert (found["creep_force"] > 0.0).all()
 
 
 def test_profile_ends_jumps_and_refusals() -> None:

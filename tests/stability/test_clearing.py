@@ -71,6 +71,40 @@ def test_clearing_time(locomotive: cl.Model, mass: float | None, scale: float) -
         assert frozen == pytest.approx(clearing.time, rel=0.01)
 
 
+@pytest.mark.parametrize("mass", [None, 22.5e3])
+@pytest.mark.parametrize(
+    ("speed", "scale", "ratio"), [(10.0, 0.85, 1.001), (3.0, 0.3, 0.33), (1.0, 0.85, 1.09)]
+)
+def test_clearing_time_with_memory(
+    locomotive: cl.Model, mass: float | None, speed: float, scale: float, ratio: float
+) -> None:
+    steady = replace(locomotive.wheelset, mass=mass)
+    body = replace(steady, element=replace(steady.element, memory=True))
+    torque = 0.95 * cl.find_fold(body, speed=speed).drive_torque
+    given: dict[str, Any] = {"drive_torque": torque, "speed": speed, "friction_scale": scale}
+    found = cl.clearing(body, **given)
+    start = found.border.creepage
+    for part, returns in ((0.998, True), (1.002, False)):
+        first, last = 1e-4, 1e-4 + part * found.time  # the contact comes from good friction
+        times, factors = (0.0, first, first, last, last), (1.0, 1.0, scale, scale, 1.0)
+        run = cl.simulate(
+            body,
+            cl.TorqueControl(cl.Profile.of(torque)),
+            initial_speed=speed,
+            initial_creepage=start,
+            duration=last + 1.0,
+            friction_scale=cl.Profile(times, factors),
+            stop_at=["slip_away"],
+            tolerance=1e-8,
+        )
+        assert (run.first("slip_away") is None) == returns
+    assert found.distance == pytest.approx(speed * found.time, rel=1e-12 if mass is None else 0.02)
+    # The force falls with friction at once, but grows back over the distance rolled.
+    without = cl.clearing(steady, **given)
+    assert found.border == without.border
+    assert found.time / without.time == pytest.approx(ratio, rel=0.05)
+
+
 def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> None:
     body, scale = rig.wheelset, 0.9
     held = cl.find_fold(body, speed=V, friction_scale=scale).drive_torque

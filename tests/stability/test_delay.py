@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from scipy.special import lambertw
 from strategies import examples, magnitude, number
 
 from contactlib import stability
-from contactlib.stability.delay import sampled_loop
+from contactlib.stability.delay import _memory, sampled_loop
 
 
 def delayed_eigenvalues(pole: float, loop: float, delay: float, lag: float, n: int) -> np.ndarray:
@@ -169,16 +170,14 @@ def test_whole_samples_of_delay_have_an_exact_limit(whole: int) -> None:
 
 @pytest.mark.parametrize("times", [{}, {"delay": 0.3}, {"lag": 0.1}, {"delay": 2.0, "lag": 3.0}])
 @pytest.mark.parametrize("pole", [50.0, 720.0, 1e4, 1e9])
-def test_no_gain_holds_a_pole_that_outruns_the_samples(
-    pole: float, times: dict[str, float]
-) -> None:
+def test_no_gain_holds_a_pole_that_outruns_the_samples(pole: float, times: dict[str, Any]) -> None:
     answer = stability.controllability(pole, sample_time=1.0, **times)
     assert answer.verdict == "impossible"
     assert answer.window == (pole, pole)
 
 
 def test_pulse_transfer_function_of_an_integrator() -> None:
-    numerator, denominator = sampled_loop(0.0, 0.0, 0.0, 0.1)
+    numerator, denominator = sampled_loop(0.0, _memory((), ()), 0.0, 0.0, 0.1)
     z = 1.7
     assert np.polyval(numerator, z) / np.polyval(denominator, z) == pytest.approx(0.1 / (z - 1.0))
 

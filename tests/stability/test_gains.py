@@ -105,8 +105,9 @@ def test_verdict_names_its_numbers() -> None:
     ("name", "value"), [("delay", -1e-3), ("lag", math.inf), ("sample_time", -1.0)]
 )
 def test_times_must_be_times(name: str, value: float) -> None:
+    given: dict[str, Any] = {name: value}
     with pytest.raises(ValueError, match=name):
-        cl.controllability(10.0, **{name: value})
+        cl.controllability(10.0, **given)
     with pytest.raises(ValueError, match="gain"):
         stability.proportional_window(10.0, 0.0)
 

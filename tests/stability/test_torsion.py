@@ -351,17 +351,45 @@ def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
         torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)
 
 
-def test_analyses_of_steady_rolling_warn_of_memory(locomotive: cl.Model) -> None:
+def test_the_range_is_of_steady_rolling_and_warns_of_memory(locomotive: cl.Model) -> None:
     body = replace(locomotive.wheelset, mass=None)
     drivetrain = on_axle(replace(body, element=replace(body.element, memory=True)))
     steady = without_memory(drivetrain)
-    point = drivetrain.wheelset.balanced(creepage=0.03, speed=SPEED)
-    with pytest.warns(SteadyRollingWarning, match="torsional_jacobian"):
-        jacobian = torsion.torsional_jacobian(drivetrain, point)
-    np.testing.assert_array_equal(jacobian, torsion.torsional_jacobian(steady, point))
     with pytest.warns(SteadyRollingWarning, match="bistable_range"):
         ends = torsion.bistable_range(drivetrain, speed=SPEED)
     assert ends == torsion.bistable_range(steady, speed=SPEED)
+
+
+@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize("memory", [False, True])
+def test_the_jacobian_has_the_eigenvalues_of_difference_and_mean(
+    locomotive: cl.Model, memory: bool, free: bool
+) -> None:
+    body = locomotive.wheelset
+    element = replace(body.element, memory=memory)
+    body = replace(body, element=element, mass=body.mass if free else None)
+    drivetrain, point = on_axle(body), body.balanced(creepage=0.03, speed=1.0)
+    found = np.linalg.eigvals(torsion.torsional_jacobian(drivetrain, point))
+    known = [*torsion.antiphase_eigenvalues(drivetrain, point), *np.linalg.eigvals(point.jacobian)]
+    assert len(found) == len(known) + (2 if memory else 0)
+    apart = np.abs(np.subtract.outer(known, found)).min(axis=-1)
+    assert (apart < 1e-9 * np.abs(known).max()).all()
+
+
+@pytest.mark.parametrize("speed", [10.0, 5.0, 2.0])
+@pytest.mark.parametrize("layer", [0.0, 2e-14])
+def test_small_vibrations_with_memory_grow_as_their_first_harmonic(
+    held: cl.Wheelset, layer: float, speed: float
+) -> None:
+    element = replace(held.element, memory=True, layer_compliance=layer)
+    body = replace(held, element=element)
+    drivetrain, point = on_axle(body), body.balanced(creepage=0.03, speed=speed)
+    force = AntiphaseForce(body, point, drivetrain.torsional_frequency)
+    slope = float(force.describing_function(0.01 * element.saturation_creepage))
+    lost = 2.0 * torsion.checked_axle(drivetrain).damping + 0.5 * body.damping
+    growth = -(body.radius**2 * slope / speed + lost) / body.inertia
+    found = torsion.antiphase_eigenvalues(drivetrain, point).real.max()
+    assert found == pytest.approx(growth, rel=6e-3)
 
 
 def test_memory_slows_growth_at_low_speed_only(locomotive: cl.Model) -> None:

@@ -88,7 +88,7 @@ def gains_figure(wheelset: Wheelset, speed: float) -> Figure:
 def sampled_window(plant: ReducedPlant, ratio: float) -> Window:
     """Window of a sampled loop that acts one sample after it reads, for p tau = `ratio`."""
     step = ratio / plant.pole / sampled_delay(delay=1.0, sample_time=1.0)
-    return proportional_window(plant.pole, plant.gain, delay=step, sample_time=step)
+    return proportional_window(*plant, delay=step, sample_time=step)
 
 
 def gain_bounds(wheelset: Wheelset, point: OperatingPoint) -> tuple[float, float]:
@@ -104,9 +104,7 @@ def gain_bounds(wheelset: Wheelset, point: OperatingPoint) -> tuple[float, float
 
 def _over_delay(axes: Axes, plant: ReducedPlant) -> None:
     unit = 1e-3  # kN.m
-    windows = [
-        proportional_window(plant.pole, plant.gain, delay=float(r) / plant.pole) for r in RATIOS
-    ]
+    windows = [proportional_window(*plant, delay=float(r) / plant.pole) for r in RATIOS]
     low, high = (unit * np.array(ends) for ends in zip(*windows, strict=True))
     axes.fill_between(RATIOS, low, high, facecolor=paint.shade, hatch="//", lw=0.0)
     axes.plot(RATIOS, high, color=paint.blue, label="largest gain")
@@ -169,7 +167,7 @@ def loop_figure(wheelset: Wheelset, speed: float) -> Figure:
     worst = steepest_fall(wheelset, speed)
     plant = reduced_plant(wheelset, worst.creepage, speed=speed)
     delay = DELAY_RATIO / plant.pole
-    window = proportional_window(plant.pole, plant.gain, delay=delay)
+    window = proportional_window(*plant, delay=delay)
     gain = math.sqrt(window.lowest * window.highest)
     point = wheelset.balanced(creepage=worst.creepage, speed=speed)
     loop = creep_loop(wheelset, point, proportional_gain=gain, delay=delay)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import control
@@ -10,12 +11,18 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from native_models import with_memory
 from scipy.optimize import brentq
 from strategies import examples, magnitude, number
 from wheelsets import BODIES, encirclements, falling, made_wheelset, unstable, unstable_open
 
 import contactlib as cl
-from contactlib.stability import control_systems
+from contactlib.stability import (
+    control_systems,
+    delay_limit,
+    proportional_window,
+    reduced_plant,
+)
 from contactlib.vehicle import OperatingPoint
 
 SPEED = 10.0
@@ -340,3 +347,42 @@ def test_bad_values_are_named(rig: cl.Model, changes: dict[str, float], message:
     given: dict[str, Any] = {"sample_time": 1e-3, "proportional_gain": gain, **changes}
     with pytest.raises(ValueError, match=message):
         control_systems.sampled_loop(rig.wheelset, point, **given)
+
+
+@pytest.mark.parametrize("speed", [10.0, 1.0, 0.3])
+@pytest.mark.parametrize("part", [0.2, 0.8])  # of the longest delay
+def test_windows_with_memory_are_those_of_the_loops(
+    locomotive: cl.Model, speed: float, part: float
+) -> None:
+    body = replace(with_memory(locomotive).wheelset, mass=None)
+    creepage = cl.worst_pole(body, speed=speed).creepage
+    point = body.balanced(creepage=creepage, speed=speed)
+    plant = reduced_plant(body, creepage, speed=speed)
+    assert len(plant.zeros) == len(plant.poles) == 1
+    delay = part * delay_limit(plant.pole, plant.zeros, plant.poles)
+    step = 0.25 * delay
+    continuous = proportional_window(*plant, delay=delay)
+    sampled = proportional_window(*plant, delay=delay, lag=step, sample_time=step)
+    least = cl.stability.creep_control_gain(body, point)
+    for window in (continuous, sampled):
+        assert window.lowest == pytest.approx(least, rel=1e-6)
+    given: dict[str, float] = {"delay": delay, "lag": step, "sample_time": step}
+
+    def growths(gain: float) -> list[float]:
+        held = control_systems.sampled_loop(body, point, proportional_gain=gain, **given)
+        delayed = control_systems.creep_loop(
+            body, point, proportional_gain=gain, delay=delay, pade_order=10
+        )
+        poles = (control_systems.closed_loop(loop).poles() for loop in (delayed, held))
+        return [
+            control_systems.growth_rate(next(poles)),
+            control_systems.growth_rate(next(poles), step),
+        ]
+
+    for i, window in enumerate((continuous, sampled)):
+        for edge, inwards in zip(window, (2e-4, -2e-4), strict=True):
+            assert growths(edge * (1.0 + inwards))[i] < 0.0 or window.empty
+            assert growths(edge * (1.0 - inwards))[i] > 0.0
+    longer = proportional_window(*plant, delay=1.001 / part * delay)
+    assert longer.empty
+    assert not proportional_window(*plant, delay=0.999 / part * delay).empty

@@ -21,10 +21,8 @@ static const char *wrong_parameters(const contactlib_parameters *p) {
 @limits_p@
     if (!(p->static_friction >= p->kinetic_friction))
         return "static_friction must be at least kinetic_friction";
-    if (p->relaxation_length > 0.0 && !(p->standing_stiffness > 0.0 && p->initial_slope > 0.0))
-        return "relaxation_length needs standing_stiffness and initial_slope";
-    if (p->relaxation_length > 0.0 && !(p->lateral_relaxation_length > 0.0))
-        return "relaxation_length needs lateral_relaxation_length";
+    if (p->memory > 0.0 && !(p->body_modulus > 0.0 && p->transverse_half_length > 0.0))
+        return "memory needs body_modulus and transverse_half_length";
     double expected = TABLE.static_to_kinetic * p->kinetic_friction;
     if (expected > 0.0 && !(fabs(p->static_friction - expected) <= 1e-9 * expected))
         return "static_friction over kinetic_friction must be the table's ratio";
@@ -54,8 +52,6 @@ static const char *wrong_step(const contactlib_element *e, double step, double t
     if (error == NULL) error = wrong_input(&e->input);
     if (error != NULL) return error;
 @limits_e@
-    if (!(e->max_substeps == 0.0 || (e->max_substeps >= 1.0 && e->max_substeps <= MAX_SUBSTEPS)))
-        return "max_substeps must be 0 or from 1 to 100000";
     if (!(step > 0.0 && step < INFINITY)) return "step must be finite and above zero";
     if (!(tolerance >= 1e-10 && tolerance <= 1e-2)) return "tolerance must be from 1e-10 to 1e-2";
     return NULL;
