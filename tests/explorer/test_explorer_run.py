@@ -122,8 +122,11 @@ def test_a_run_with_memory_is_python_s(page: ExplorerPage, rig: cl.Model, ellips
         track=cl.Track(friction_left=wet, friction_right=wet),
     )
     other = cl.run_scenario(case, "open_loop", step=2e-3)
+    # The force falls to friction at once: no row between the two of Python beside that place.
+    beside = np.abs(run["time"] - (begins / speed - 1e-3)) > 9e-4
     for name in ("creepage", "creep_force"):
-        assert_allclose(run[name], np.interp(run["time"], other.time, other[name]), rtol=2e-4)
+        expected = np.interp(run["time"], other.time, other[name])
+        assert_allclose(run[name][beside], expected[beside], rtol=2e-4)
     assert run["creepage"][-1] > 1.0
     expected = np.interp(run["time"], without["time"], without["creepage"])
     assert np.abs(run["creepage"] / expected - 1.0).max() > 0.05
