@@ -25,8 +25,8 @@ const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia"
 export function readModel(text: string): Vehicle {
   const { data, theory, memory } = numbersOnly(parseToml(text));
   refuseOthers(data);
-  checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   checkLaw(data);
+  checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   const sections = OF_VEHICLE.map((name) => readSection(name, data));
   const [friction, wheelset] = sections as [Numbers, Numbers];
   oneOf("friction", friction, "weakening_length", "k_hat");
