@@ -75,7 +75,7 @@ typedef struct {
     double falling_margin;     /* each of these flags is 1 where its margin is > 0 [1] */
     double speed_margin;       /* [m/s] */
     double k_hat_margin;       /* [1] */
-    double force_margin;       /* of the friction coefficient [1] */
+    double force_margin;       /* of the force over the load [1] */
     double load_margin;        /* [N] */
     double force_by_omega;     /* partial derivatives of the creep force [N.s] */
     double force_by_speed;     /* [N.s/m] */

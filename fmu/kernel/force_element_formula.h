@@ -57,16 +57,17 @@ ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
     return p->softening_temperature > 0.0;
 }
 
-/* What the memory needs of the contact at the nominal load; the scales are those without memory. */
+/* What the memory needs of the contact at the nominal load; the scales are those without memory. In
+ * full stick the law does not depend on k_hat, which changes with friction; its table does, in its
+ * last digits. */
 static inline void set_memory_scales(const creep_table *table, const force_element_parameters *p,
                                      contact_scales *s) {
     creep_value clean, layered;
     contact_memory memory;
-    double k_hat = smaller(s->k_hat, table->one_axis ? INFINITY : table->k_max);
-    creep_table_evaluate(table, table->steepest_creepage, k_hat, 0.0, &clean);
+    creep_table_evaluate(table, table->steepest_creepage, 0.0, 0.0, &clean);
     layered = clean;
     if (has_layer(p))
-        creep_table_evaluate(table, table->steepest_creepage, k_hat, s->layer_ratio, &layered);
+        creep_table_evaluate(table, table->steepest_creepage, 0.0, s->layer_ratio, &layered);
     /* Hertz: a line grows with the root of the load, an ellipse keeps its shape. */
     double to_strips = p->body_modulus / p->contact_modulus, softer = clean.slope / layered.slope;
     int elliptic = p->elliptic != 0.0;
@@ -353,7 +354,8 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     out->k_hat_limited = k_limited ? 1.0 : 0.0;
 
     /* The Carter-Griffith law does not contain f_s: limit the force to f_s P. */
-    out->force_margin = p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction;
+    double fall = at->kinetic / p->kinetic_friction;
+    out->force_margin = (p->kinetic_friction * fabs(q.traction_ratio) - p->static_friction) * fall;
     int force_limited = out->force_margin > 0.0;
     double largest = copysign(p->static_friction / p->kinetic_friction, q.traction_ratio);
     out->force_limited = force_limited ? 1.0 : 0.0;
@@ -633,7 +635,7 @@ ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_el
     out->creep_force = m->acting[0][0] + m->acting[1][0];
     out->lateral_force = m->acting[0][1] + m->acting[1][1];
     out->traction_coefficient = out->creep_force / in->normal_load;
-    out->force_margin = magnitude_of(both) / most - p->static_friction;
+    out->force_margin = (magnitude_of(both) / most - p->static_friction) * in->friction_scale;
     out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
     set_by_force(p, in, out);
 }

@@ -143,7 +143,7 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     if (turning != 0.0)
         at->log_g_by_log_load += s.fall.by_slip * turning * turning * growth / s.slip.size;
     finish_force(table, p, in, at, q, out);
-    out->force_margin = p->kinetic_friction * s.size - p->static_friction;
+    out->force_margin = (p->kinetic_friction * s.size - p->static_friction) * s.fall.scale;
     out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
     out->lateral_force = s.scale[1] * s.law.force[1];
     out->spin_moment = s.scale[2] * direction_at(in, &s) * s.law.force[2];
