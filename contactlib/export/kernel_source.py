@@ -18,9 +18,11 @@ import numpy as np
 from contactlib import kernel
 from contactlib.base.text import harmless_line, version
 from contactlib.base.writing import c_sources, write_whole
+from contactlib.element.force_element import ForceElement
 from contactlib.export.description import MEMORY, Description
 from contactlib.export.package import describe
 from contactlib.export.page import ASSETS
+from contactlib.laws.hertz import EllipticContact
 from contactlib.table.building import HEADER_SIZE
 
 if TYPE_CHECKING:
@@ -99,6 +101,7 @@ def kernel_files(description: Description) -> dict[str, str]:
         "kernel": sources,
         "data": _data(description),
         "start": start,
+        "shape": _shape_checks(description.element),
         **checks,
     }
     return {
@@ -185,6 +188,30 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
         place = {"p": "contact.", "in": "input.", "e": ""}[struct]
         start.append(f"    element->{place}{v.name} = {description.start_values[v.name]!r};")
     return {f"limits_{s}": "\n".join(lines) for s, lines in checks.items()}, "\n".join(start)
+
+
+def _shape_checks(element: ForceElement) -> str:
+    """Checks of what the constants hold for one contact only, as in fmu/fmi/component.c."""
+    contact = element.contact
+    stiffness = contact.tangential_modulus / contact.contact_modulus
+    held = [
+        ("elliptic", "p->elliptic", element.parameters["elliptic"]),
+        ("softening", "p->softening", element.parameters["softening"]),
+        ("poisson_ratio", "p->poisson_ratio", contact.poisson_ratio),
+        ("contact_modulus over body_modulus", "p->contact_modulus / p->body_modulus", stiffness),
+    ]
+    if isinstance(contact, EllipticContact):
+        shape = "p->semi_width / p->transverse_half_length"
+        aspect = contact.semi_axis_x / contact.semi_axis_y
+        held.append(("semi_width over transverse_half_length", shape, aspect))
+    lines = []
+    for i, (name, value, expected) in enumerate(held):
+        if_used = "" if i < 2 else "p->memory > 0.0 && "
+        lines.append(
+            f"    if ({if_used}!(fabs({value} - {expected!r}) <= {1e-9 * abs(expected)!r}))\n"
+            f'        return "{name} must be {expected:.10g}, that of the exported contact";'
+        )
+    return "\n".join(lines)
 
 
 def _data(description: Description) -> str:

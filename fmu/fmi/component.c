@@ -9,6 +9,7 @@
 
 #include "checked_file.h"
 #include "file_io.h"
+#include "half_space.h"
 #include "token.h"
 
 enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 4, STATE_VERSION = 2 };
@@ -320,6 +321,11 @@ static result check_friction(component *self, size_t wheel) {
             self, RESULT_DISCARD,
             "%sstatic_friction = %s is out of range: must be at least kinetic_friction = %s",
             WHEEL(wheel), SHOWN(at_rest), SHOWN(kinetic));
+    if (v->contact.softening_temperature > 0.0 && v->contact.slip_rate_decay > 0.0)
+        return component_log(self, RESULT_DISCARD,
+                             "%sslip_rate_decay = %s must be 0: friction already falls with "
+                             "temperature; export the model without softening_temperature",
+                             WHEEL(wheel), SHOWN(v->contact.slip_rate_decay));
     double held = self->table.static_to_kinetic, expected = held * kinetic;
     if (held > 0.0 && !(fabs(at_rest - expected) <= 1e-9 * expected))
         return component_log(
@@ -327,6 +333,45 @@ static result check_friction(component *self, size_t wheel) {
             "%sstatic_friction / kinetic_friction = %s must be %s, the only ratio for "
             "which the table's law holds",
             WHEEL(wheel), SHOWN_TO(10, at_rest / kinetic), SHOWN_TO(10, held));
+    return RESULT_OK;
+}
+
+/* a over b; 0 if b is not part of the model. */
+static double ratio_of(double a, double b) { return b > 0.0 ? a / b : 0.0; }
+
+/* The resources hold lateral force and spin of one shape and Poisson's ratio, from which some
+ * parameters follow, and the variables are those with memory or without it. */
+static result check_shape(component *self, size_t wheel) {
+    const force_element_parameters *p = &self->now->values[wheel].contact;
+    const force_element_parameters *given = &self->start[wheel].contact;
+    const struct {
+        const char *name;
+        double value, expected;
+    } held[] = {
+        {"elliptic", p->elliptic, given->elliptic},
+        {"memory", p->memory, given->memory},
+        {"softening", p->softening, given->softening},
+        {"poisson_ratio", p->poisson_ratio, given->poisson_ratio},
+        {"contact_modulus / body_modulus", ratio_of(p->contact_modulus, p->body_modulus),
+         ratio_of(given->contact_modulus, given->body_modulus)},
+        {"semi_width / transverse_half_length",
+         p->elliptic * ratio_of(p->semi_width, p->transverse_half_length),
+         p->elliptic * ratio_of(given->semi_width, given->transverse_half_length)},
+    };
+    for (size_t i = 0; i < sizeof held / sizeof held[0]; i++)
+        if (!(fabs(held[i].value - held[i].expected) <= 1e-9 * fabs(held[i].expected)))
+            return component_log(self, RESULT_DISCARD,
+                                 "%s%s = %s must be %s: table, lateral force and spin are those "
+                                 "of the exported contact; export the model with the other one",
+                                 WHEEL(wheel), held[i].name, SHOWN_TO(10, held[i].value),
+                                 SHOWN_TO(10, held[i].expected));
+    double slender = ratio_of(p->semi_width, p->transverse_half_length);
+    if (p->elliptic == 0.0 && !(slender <= MAX_LINE_ASPECT * (1.0 + 1e-9)))
+        return component_log(self, RESULT_DISCARD,
+                             "%stransverse_half_length = %s is out of range: must be at least %s, "
+                             "as semi_width = %s: a shorter line has no memory",
+                             WHEEL(wheel), SHOWN(p->transverse_half_length),
+                             SHOWN(p->semi_width / MAX_LINE_ASPECT), SHOWN(p->semi_width));
     return RESULT_OK;
 }
 
@@ -387,6 +432,7 @@ static result check_inputs(component *self) {
     for (size_t w = 0; self->now->stale && w < self->wheels; w++) {
         if (!rubs) continue;
         if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
+        if (self->model->has_contact && check_shape(self, w) != RESULT_OK) return RESULT_DISCARD;
         if (self->model->has_pair && check_ellipse(self, w) != RESULT_OK) return RESULT_DISCARD;
         check_grip(self, w);
     }

@@ -21,8 +21,14 @@ static const char *wrong_parameters(const contactlib_parameters *p) {
 @limits_p@
     if (!(p->static_friction >= p->kinetic_friction))
         return "static_friction must be at least kinetic_friction";
+    if (p->softening_temperature > 0.0 && p->slip_rate_decay > 0.0)
+        return "softening_temperature and slip_rate_decay: at most one may be above 0";
     if (p->memory > 0.0 && !(p->body_modulus > 0.0 && p->transverse_half_length > 0.0))
         return "memory needs body_modulus and transverse_half_length";
+@shape@
+    if (p->memory > 0.0 && p->elliptic == 0.0 &&
+        !(p->semi_width <= (1.0 + 1e-9) * MAX_LINE_ASPECT * p->transverse_half_length))
+        return "memory needs a transverse_half_length of at least 2 semi_width";
     double expected = TABLE.static_to_kinetic * p->kinetic_friction;
     if (expected > 0.0 && !(fabs(p->static_friction - expected) <= 1e-9 * expected))
         return "static_friction over kinetic_friction must be the table's ratio";
