@@ -114,8 +114,9 @@ const char *wheelset_advance(const creep_table *table, wheelset_task *task, doub
 const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
                                   double step, size_t *failed) {
 #ifndef ONE_FILE_KERNEL
-    if (n > PAIR && tasks->max_substeps == 0.0)
-        return wheelset_advance_wide(table, tasks, n, step, failed);
+    int limited = 0;
+    for (size_t i = 0; i < n; i++) limited |= tasks[i].max_substeps != 0.0;
+    if (n > PAIR && !limited) return wheelset_advance_wide(table, tasks, n, step, failed);
 #endif /* ONE_FILE_KERNEL */
     for (*failed = 0; *failed < n; ++*failed) {
         const char *error = wheelset_advance(table, &tasks[*failed], step);

@@ -45,7 +45,7 @@ class Subject(NamedTuple):
 class Instance:
     """An FMU that was unpacked, its variables by name, its log. A context manager, which ends it.
 
-    `log` takes pairs of a category and a text.
+    `log` takes pairs of a category and a text; `description` is that of an instance before.
     """
 
     def __init__(
@@ -56,8 +56,9 @@ class Instance:
         token: str | None = None,
         log: list[tuple[str, str]] | None = None,
         logging: bool = True,
+        description: Any = None,
     ) -> None:
-        self.description = fmpy.read_model_description(str(folder), validate=False)
+        self.description = description or fmpy.read_model_description(str(folder), validate=False)
         self.version = int(self.description.fmiVersion[0])
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.booleans = {v.name for v in self.description.modelVariables if v.type == "Boolean"}
