@@ -21,9 +21,11 @@ static double held_tolerance(double required, double count) {
  * are those at the start: a force approaches its strength and does not pass it, however long the
  * substep is. The error is that of the change of the rates. */
 static void euler_substep(const equations *problem, integration *run) {
-    motion *m = problem->model;
+    motion *m = (motion *)problem->model;
     rows f, after, change;
-    factors s = {.problem = problem, .j = &run->j};
+    factors s;
+    s.problem = problem;
+    s.j = &run->j;
     const int n = problem->states;
     problem->rates(m, run->y, f, &run->j);
     s.h[0] = run->h[0];
@@ -53,7 +55,7 @@ static void euler_substep(const equations *problem, integration *run) {
 /* Finish a step in a number of equal substeps, whose errors are not controlled. */
 static const char *advance_evenly(const equations *problem, integration *run, double number,
                                   double *tolerance) {
-    motion *m = problem->model;
+    motion *m = (motion *)problem->model;
     force_element_parameters frozen = *m->contact.given[0];
     int remembering = remembers(&frozen);
     double length = run->left[0] / number;
