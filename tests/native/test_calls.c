@@ -281,8 +281,8 @@ static void test_values(void) {
     v->close(c);
 }
 
-/* Friction that no single limit can judge, and a weakening zone that the law's limit does not hold
- * for. */
+/* Friction and shapes that no single limit can judge, and a weakening zone that the law's limit
+ * does not hold for. */
 static void test_friction(void) {
     if (!kind->has_contact) return;
     unsigned at = reference_of("static_friction"), force = reference_of("creep_force");
@@ -301,6 +301,19 @@ static void test_friction(void) {
     if (core->table.static_to_kinetic > 0.0) MUST_END(v->get(c, &force, 1, &value), wrong);
     else FINE(v->get(c, &force, 1, &value));
     v->close(c);
+    enum { ANOTHER_SHAPE, TWO_FALLS, SHORT_LINE, CASES };
+    for (int i = 0; i < CASES; i++) {
+        c = instance(0);
+        force_element_parameters *p = &((component *)c)->now->values->contact;
+        if (i == ANOTHER_SHAPE) p->softening += 0.1;
+        if (i == TWO_FALLS) p->softening_temperature = 500.0, p->slip_rate_decay = 0.1;
+        if (i == SHORT_LINE) {
+            ((component *)c)->start->contact.elliptic = p->elliptic = 0.0;
+            p->transverse_half_length = p->semi_width;
+        }
+        MUST_END(v->get(c, &force, 1, &value), wrong);
+        v->close(c);
+    }
     c = instance(0);
     core = c;
     int limited = core->table.static_to_kinetic == 0.0 && !core->table.one_axis;
