@@ -323,6 +323,12 @@ def test_the_example_in_c_sharp_prints_the_same(
         ({"radius": 0.0}, (1e-3,), "radius must be from 1e-06"),
         ({"memory": 0.5}, (1e-3,), "memory must be 0 or from 1 to 1"),
         ({"memory": 1.0}, (1e-3,), "memory needs body_modulus and transverse_half_length"),
+        ({"softening": 0.1}, (1e-3,), "softening must be 0.06.*, that of the exported contact"),
+        (
+            {"softening_temperature": 500.0, "slip_rate_decay": 0.5},
+            (1e-3,),
+            "softening_temperature and slip_rate_decay: at most one may be above 0",
+        ),
         (
             {"memory": 1.0, "body_modulus": 1e11, "poisson_ratio": 0.6},
             (1e-3,),
@@ -330,7 +336,7 @@ def test_the_example_in_c_sharp_prints_the_same(
         ),
         ({"kinetic_friction": 2.0}, (1e-3,), "static_friction must be at least kinetic_friction"),
         ({"effective_inverse_mass": 0.0}, (1e-3,), "effective_inverse_mass must be from 1e-12"),
-        ({"max_substeps": 0.5}, (1e-3,), "max_substeps must be 0 or from 1 to 100000"),
+        ({"max_substeps": -1.0}, (1e-3,), "max_substeps must be from 0 to 100000"),
         ({}, (math.nan,), "step must be finite and above zero"),
     ],
 )

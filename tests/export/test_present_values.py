@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from exported_fmu import exported
 from fmu_instance import Instance, Wheels
-from test_kernel_source import Library, compiler
+from one_file_kernel import Library, compiler
 
 import contactlib as cl
 from contactlib import kernel
@@ -31,7 +31,7 @@ LAYER = {"layer_compliance": 1e-13}  # a ratio of 0.86 in the ellipse [m/Pa]
 FALL = {"slip_rate_residual": 0.8, "slip_rate_decay": 0.5}
 HEAT = {"softening_temperature": 600.0}
 # Of each case the model, what is replaced in its element, and in the element's friction.
-CASES: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
+CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "line": ("rig", {}, {}),
     "line-memory": ("rig", {"memory": True}, FALL),
     "ellipse": ("locomotive", {}, {}),
@@ -52,6 +52,17 @@ STATES = {  # over the load, but for the part that has not slipped
     "outer_force": 0.02,
     "held_lateral": 0.02,
     "outer_lateral": 0.01,
+}
+ABSENT = {  # what becomes of a number that is not given
+    "weakening_length": 1e-6,
+    "slip_rate_decay": 0.2,
+    "load_exponent": 0.3,
+    "mass": 2e4,
+    "damping": 20.0,
+    "constant": 100.0,
+    "linear": 5.0,
+    "quadratic": 1.0,
+    "grade": 0.01,
 }
 Variant = tuple[str, cl.Model, dict[str, Any]]  # what is changed, model, options of a Description
 pytestmark = pytest.mark.filterwarnings(
@@ -75,7 +86,8 @@ def models(
         if name.startswith("cohesive"):
             element = replace(element, table=layered_cohesive_table)
         if name.startswith("strips"):
-            element = replace(element, contact=replace(element.contact, theory="strips"))
+            contact: Any = element.contact
+            element = replace(element, contact=replace(contact, theory="strips"))
         element = replace(element, friction=replace(element.friction, **friction), **parts)
         made[name] = of_part(model, "element", element)
     return made
@@ -105,26 +117,18 @@ def of_part(model: cl.Model, part: str, value: Any) -> cl.Model:
     )
 
 
-def of_friction(model: cl.Model, **given: float) -> cl.Model:
+def of_friction(model: cl.Model, **given: Any) -> cl.Model:
     return of_part(model, "friction", replace(model.wheelset.element.friction, **given))
 
 
 def random_value(name: str, value: Any, rng: np.random.Generator) -> Any:
     """Another value of a declared number, where zero and None mean something absent."""
-    absent = {"grade": 0.01, "load_exponent": 0.3, "mass": 2e4, "slip_rate_decay": 0.2}
-    absent |= {
-        "weakening_length": 1e-6,
-        "constant": 100.0,
-        "linear": 5.0,
-        "quadratic": 1.0,
-        "damping": 20.0,
-    }
     if not value:
-        return absent.get(name, value)
-    within = {"wheels": (1.6, 2.4), "slip_rate_residual": (0.6, 0.9)}
-    return round(
-        value * rng.uniform(*within.get(name, (0.75, 1.25))), 0 if name == "wheels" else 99
-    )
+        return ABSENT.get(name, value)
+    if name == "wheels":
+        return 2.0 * value
+    low, high = (0.6, 0.9) if name == "slip_rate_residual" else (0.75, 1.25)
+    return value * rng.uniform(low, high)
 
 
 def variants(model: cl.Model, kind: str, seed: int) -> Iterator[Variant]:
@@ -134,7 +138,8 @@ def variants(model: cl.Model, kind: str, seed: int) -> Iterator[Variant]:
     of_both = {name: both * getattr(element.friction, name) for name in ("static", "kinetic")}
     yield "friction.both", of_friction(model, **of_both), {}
     for part, value in parts_of(model).items():
-        for name, parameter in declared(type(value)).items():
+        source: Any = type(value)
+        for name, parameter in declared(source).items():
             old = getattr(value, name)
             new = old if parameter.quantity is None else random_value(name, old, rng)
             if new == old or (name == "slip_rate_decay" and element.friction.softens_with_heat):
@@ -417,7 +422,7 @@ def test_inputs_of_a_drivetrain(
     """The same of loads, friction and slope of both wheels, at one point and after steps."""
     declared_so = at_input(models[name], load, friction, slope).wheelset
     radius, weight = declared_so.radius, declared_so.element.normal_load
-    parts = {
+    parts: dict[str, Any] = {
         "axle": Axle(stiffness=6e6, damping=100.0, drive_share=0.6),
         "motor": Motor(lag=0.02),
         "brake": Brake(fill_time=0.1, vent_time=0.2),
