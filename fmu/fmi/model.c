@@ -129,7 +129,8 @@ const char TRUTH[] = "Boolean";
     ROW(falling_branch, falling, "1", "the force falls with creepage at fixed speed"), \
     ROW(speed_regularized, speed, "m/s", "speed is below minimum_speed"), \
     ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table"), \
-    ROW(force_limited, force, "1", "the force is held at static friction times load"), \
+    ROW(force_limited, force, "1", "static friction limits the force: that of the law, or with " \
+        "memory that of a zone, is larger"), \
     ROW(unloaded, load, "N", "there is no load, and so no force")
 #define FLAG(flag, margin, unit, text) GIVEN(OUTPUT, #flag, TRUTH, text, 0.0, 1.0, output.flag)
 #define INDICATOR_OF(flag, margin, unit, text) \

@@ -70,7 +70,8 @@ typedef struct {
     double falling_branch;     /* 1 if the steady force falls with creepage at fixed speed */
     double speed_regularized;  /* 1 if |speed| < minimum_speed, without memory */
     double k_hat_limited;      /* 1 if k_hat is held at the table's largest value */
-    double force_limited;      /* 1 if the force is held at f_s times the load */
+    double force_limited;      /* 1 if static friction limits the force: that of the law, or with
+                                  memory that of a zone, is larger (by 1 %) */
     double unloaded;           /* 1 if there is no load, and so no force */
     double falling_margin;     /* each of these flags is 1 where its margin is > 0 [1] */
     double speed_margin;       /* [m/s] */

@@ -627,15 +627,18 @@ ALWAYS_INLINE void memory_change(const memory_place *m, const memory_direction *
 /* Replace the steady forces by those of a contact with memory. */
 ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_element_input *in,
                                const memory_place *m, force_element_output *out) {
-    double both[2] = {m->held[0][0] + m->held[1][0], m->held[0][1] + m->held[1][1]};
-    double most = in->friction_scale * in->normal_load;
     out->sticking = m->flow.sticking;
     out->steady_outer = m->scale * m->force[0] * m->flow.steady_carried;
     memory_rates(m, &out->held_rate);
     out->creep_force = m->acting[0][0] + m->acting[1][0];
     out->lateral_force = m->acting[0][1] + m->acting[1][1];
     out->traction_coefficient = out->creep_force / in->normal_load;
-    out->force_margin = (magnitude_of(both) / most - p->static_friction) * in->friction_scale;
+    /* A zone that slips lies on its limit, where rounding must not raise the flag. */
+    double strength = p->static_friction * in->friction_scale;
+    for (int zone = 0; zone < 2; zone++) {
+        double above = magnitude_of(m->held[zone]) / m->limit[zone] - (1.0 + YIELDING);
+        out->force_margin = larger(out->force_margin, strength * above);
+    }
     out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
     set_by_force(p, in, out);
 }

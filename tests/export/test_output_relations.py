@@ -182,13 +182,19 @@ class Point:
         native = kernel.NativeForceElement(element.native_contact, given)
         return float(native.evaluate(inputs)[name])
 
-    def acting(self, name: str) -> float:
-        """Component of the held force, with each zone as far as static friction holds it [N]."""
+    @cached_property
+    def zones(self) -> list[tuple[float, tuple[float, float]]]:
+        """What static friction allows outer zone and core to hold, and what they hold [N]."""
         outer = self.outer_force, self.outer_lateral
         core = self.held_force - outer[0], self.held_lateral - outer[1]
+        shares = (OUTER_STRENGTH, 1.0 - OUTER_STRENGTH)
+        return [(share * self.largest, zone) for share, zone in zip(shares, (outer, core), strict=True)]
+
+    def acting(self, name: str) -> float:
+        """Component of the held force, with each zone as far as static friction holds it [N]."""
         force = 0.0
-        for share, zone in ((OUTER_STRENGTH, outer), (1.0 - OUTER_STRENGTH, core)):
-            size, most = math.hypot(*zone), share * self.largest
+        for most, zone in self.zones:
+            size = math.hypot(*zone)
             force += zone[name == "lateral"] * (most / size if size > most else 1.0)
         return force
 
@@ -274,11 +280,11 @@ def step_size_hint(p: Point) -> tuple[float, float, float]:
 
 
 def force_limited(p: Point) -> bool:
-    if p.remembers and not p.stepped:
-        held = math.hypot(p.held_force, p.held_lateral)
-        return bool(p.force_limited) == (p.grips and held > p.largest)
+    """Whether the steady force, or with memory that of a zone, is above static friction."""
     force = math.hypot(p.steady("creep_force"), p.steady("lateral_force"))
     limited = p.grips and force > (1.0 - 1e-12) * p.largest * p.fall
+    if p.remembers and p.grips:
+        limited |= any(math.hypot(*zone) > 1.01 * most for most, zone in p.zones)
     return bool(p.force_limited) == limited
 
 

@@ -211,6 +211,29 @@ def test_friction_that_falls_limits_the_force_at_once(standing: Any) -> None:
     assert contact.model.get("force_limited") == [0.0]
 
 
+@pytest.mark.parametrize("outer", [True, False])
+def test_one_zone_beyond_friction_is_a_limited_force(standing: Any, outer: bool) -> None:
+    """The force then is less than the states hold, although friction could carry their sum."""
+    contact = standing()
+    zone = 0.3 * contact.most if outer else 0.0  # the outer zone carries up to 0.157 of it
+    contact.model.set(held_force=zone if outer else 0.9 * contact.most, outer_force=zone)
+    contact.model.evaluate()
+    (held,) = contact.model.get("held_force")
+    assert contact.force < 0.99 * held / contact.most < 0.99
+    assert contact.model.get("force_limited") == [1.0]
+
+
+def test_a_contact_that_slips_is_not_limited(standing: Any) -> None:
+    """Without weakening its zones lie on their limits, up to rounding."""
+    contact = standing()
+    contact.model.set(speed=1.0, omega=1.05 / contact.radius)
+    for _ in range(40):
+        contact.model.advance(1e-3)
+        contact.model.evaluate()
+        assert contact.model.get("force_limited") == [0.0]
+    assert contact.force > 0.999
+
+
 @pytest.mark.parametrize("factor", [0.7, 0.9, 1.1, 2.0])
 def test_particles_keep_their_force_when_the_load_changes(standing: Any, factor: float) -> None:
     contact = standing()
