@@ -47,7 +47,8 @@ struct wheelset_run {
     run_stretch given;
     group wheels;
     double load;   /* under which the wheels are prepared [N] */
-    double moment; /* by which the rates' change with time is differenced [s]; 0: they do not */
+    int changes;   /* whether the inputs change within the stretch */
+    double ahead;  /* part of the stretch by which they are ahead of time, for differences */
     equations problem;
     rows before, now;            /* at both ends of the last step */
     rows bend[3];                /* of the solution within it */
@@ -73,18 +74,37 @@ static const double BEND[3][MAX_STAGES] = {
     {11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643,
      -52.072871366152654, -59.78993625266729, -0.15582684282751913, 4.883087185713722}};
 
-static double between(double a, double b, double part) { return a + part * (b - a); }
+/* Value of an input at a time. */
+static double between(const wheelset_run *run, double from, double to, double time) {
+    double start = run->given.start, end = run->given.end;
+    double part = end == start ? 0.0 : (time - start) / (end - start);
+    return from + part * (to - from) + run->ahead * (to - from);
+}
+
+/* Part of the stretch over which the rates are differenced: load and friction change there by
+ * 1e-8 of their values, as rates have corners close to the states of a sliding contact. */
+static double small_part(const wheelset_run *run, double time) {
+    const run_input *from = &run->given.from, *to = &run->given.to;
+    double ends[2][2] = {{from->normal_load, to->normal_load},
+                         {from->friction_scale, to->friction_scale}};
+    double part = 1e-4;
+    for (int i = 0; i < 2; i++) {
+        double largest = fmax(fabs(ends[i][0]), fabs(ends[i][1]));
+        double value = fabs(between(run, ends[i][0], ends[i][1], time)) + 1e-9 * largest;
+        part = fmin(part, 1e-8 * value / fmax(fabs(ends[i][1] - ends[i][0]), DBL_MIN));
+    }
+    return part;
+}
 
 /* Prepare the wheels for the load [N] at this time, and return the reference. */
 static double set_input(wheelset_run *run, double time) {
-    const run_stretch *s = &run->given;
-    double part = s->end == s->start ? 0.0 : (time - s->start) / (s->end - s->start);
-    double weight = between(s->from.normal_load, s->to.normal_load, part);
+    const run_input *from = &run->given.from, *to = &run->given.to;
+    double weight = between(run, from->normal_load, to->normal_load, time);
     drivetrain_input in = {
-        .resistance_force = between(s->from.resistance_force, s->to.resistance_force, part),
+        .resistance_force = between(run, from->resistance_force, to->resistance_force, time),
         .load_left = 0.5 * weight,
         .load_right = 0.5 * weight,
-        .friction_left = between(s->from.friction_scale, s->to.friction_scale, part),
+        .friction_left = between(run, from->friction_scale, to->friction_scale, time),
         .slope = 1.0};
     in.friction_right = in.friction_left;
     if (weight != run->load) {
@@ -95,7 +115,7 @@ static double set_input(wheelset_run *run, double time) {
     }
     put(run->wheels.input, 0, FIELDS(drivetrain_input), (const double *)&in);
     set_rails(&run->wheels, 0);
-    return between(s->from.reference, s->to.reference, part);
+    return between(run, from->reference, to->reference, time);
 }
 
 static const contacts *wheel_now(const wheelset_run *run) { return &run->wheels.wheel[0]; }
@@ -149,16 +169,18 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     }
     for (int c = 0; c < 2; c++) to[ROW_MEMORY][c][0] = command.rate_by_creepage * by[c];
     to[ROW_MEMORY][ROW_MEMORY][0] = command.rate_by_memory;
-    if (run->moment == 0.0) return;
-    rows sooner, later, moved; /* the inputs are linear in time, so the error is of second order */
-    memcpy(moved, y, sizeof moved);
-    moved[ROW_TIME][0] = y[ROW_TIME][0] - run->moment;
-    rates_of_loop(run, moved, sooner, NULL);
-    moved[ROW_TIME][0] = y[ROW_TIME][0] + run->moment;
-    rates_of_loop(run, moved, later, NULL);
+    if (!run->changes) return;
+    rows sooner, later;
+    double part = small_part(run, y[ROW_TIME][0]);
+    run->ahead = -part;
+    rates_of_loop(run, y, sooner, NULL);
+    run->ahead = part;
+    rates_of_loop(run, y, later, NULL);
+    run->ahead = 0.0;
+    double per = 0.5 / (part * (run->given.end - run->given.start));
     for (int n = 0; n < p->rows; n++) {
         int i = p->place[n];
-        to[i][ROW_TIME][0] = (later[i][0] - sooner[i][0]) / (2.0 * run->moment);
+        to[i][ROW_TIME][0] = per * (later[i][0] - sooner[i][0]);
     }
 }
 
@@ -304,8 +326,7 @@ wheelset_run *wheelset_run_begin(const drivetrain_member *member, const run_stre
     run->member = *member;
     run->given = *given;
     run->load = NAN;
-    if (memcmp(&given->from, &given->to, sizeof given->to) != 0)
-        run->moment = 1e-4 * (given->end - given->start);
+    run->changes = memcmp(&given->from, &given->to, sizeof given->to) != 0;
     set_kind(&run->wheels, member, 1);
     int last = remembers(member->contact) ? ROW_DISTANCE : ROW_HELD;
     run->problem = (equations){.model = run, .rates = rates_of_loop, .states = last};

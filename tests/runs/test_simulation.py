@@ -277,6 +277,26 @@ def test_memory_is_that_of_another_integrator(locomotive: cl.Model) -> None:
     assert run["traction_coefficient"][-1] == pytest.approx(other.y[2, -1] / 0.8e5, rel=1e-5)
 
 
+@pytest.mark.parametrize("times", [(0.3, 0.3), (0.3, 0.5)])
+def test_lift_off_takes_few_steps(locomotive: cl.Model, times: tuple[float, float]) -> None:
+    """A sliding contact is close to corners of its rates while its load changes."""
+    body = with_memory(locomotive).wheelset
+    load = body.element.normal_load
+    torque = 0.1 * load * body.radius
+    places = [0.0, *dict.fromkeys(times), 0.8, 1.0]
+    down = cl.Profile(at=places, value=[load if t in (0.0, 0.8, 1.0) else 0.0 for t in places])
+    control = cl.TorqueControl(cl.Profile(at=[0.0, 1.0], value=[torque, torque]))
+    coarse, fine = (
+        cl.simulate(
+            body, control, initial_speed=10.0, normal_load=down, tolerance=tolerance,
+            output_interval=1.0,
+        )
+        for tolerance in (1e-6, 1e-9)
+    )  # fmt: skip
+    assert max(coarse.time.size, fine.time.size) < 4000
+    assert coarse["omega"][-1] == pytest.approx(fine["omega"][-1], rel=1e-7)
+
+
 def test_a_co_simulation_of_a_contact_with_memory_shows_the_steady_force(rig: cl.Model) -> None:
     given: dict[str, Any] = {"duration": 0.1, "step": 1e-3, "initial_speed": 10.0}
     control = cl.TorqueControl(cl.Profile.of(1e4))
