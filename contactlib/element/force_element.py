@@ -32,6 +32,7 @@ from contactlib.base.quantities import (
 from contactlib.element.lateral_spin import SPINNING, lateral_spin_contact, spinning_aspect
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact
+from contactlib.laws.relaxation import LINE
 from contactlib.laws.scales import (
     LAYER_COMPLIANCE,
     SLOPE_REDUCTION,
@@ -306,6 +307,20 @@ class ForceElement(Parameters):
         """Struct `contact_scales` of the kernel at the nominal load, with those of the memory."""
         parameters = {**self.parameters, **self.memory_parameters}
         return kernel.contact_scales(parameters, self.normal_load, table=self.table.native)
+
+    def doubt(self, largest_load: float) -> str | None:
+        """Sentence on a load [N] under which a line contact is too short for memory; else None."""
+        contact, given = self.contact, self.parameters
+        if not self.memory or isinstance(contact, EllipticContact) or not largest_load > 0.0:
+            return None
+        growth = (largest_load / self.normal_load) ** given["load_exponent"]
+        ratio, limit = contact.length / (growth * contact.semi_width), LINE.at_least
+        if ratio >= limit * (1.0 - 1e-9):
+            return None
+        return (
+            f"the load reaches {largest_load:.4g} N, under which the line contact is {ratio:.3g} "
+            f"semi-widths long: its memory is that of {limit:g} semi-widths"
+        )
 
     @property
     def normal_load(self) -> float:

@@ -50,6 +50,7 @@ ROLES = {
 KINEMATIC = {
     "creepage": ("omega", "speed"),
     "speed_regularized": ("speed",),
+    "length_limited": ("normal_load",),
     "unloaded": ("normal_load",),
 }
 BODY_INPUTS = {"drive_torque", "resistance_force"}

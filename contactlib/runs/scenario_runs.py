@@ -118,7 +118,8 @@ def run_scenario(
     -----
     InputWarning
         If the run's rim speed, slip work or creepage would destroy a vehicle, or it leaves the map
-        of its track or never meets it.
+        of its track or never meets it, or its load makes a line contact with memory shorter than
+        four semi-widths.
     """
     _check_scenario(scenario)
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
@@ -145,9 +146,13 @@ def run_scenario(
         progress(kept.add(block))
     result = next(kept.results())
     warn_of_damage(result)
-    distance = result["distance"]
-    if doubt := scenario.rails.doubt(float(distance.min()), float(distance.max())):
-        warn(doubt)
+    distance, load = result["distance"], float(result["normal_load"].max())
+    for doubt in (
+        scenario.rails.doubt(float(distance.min()), float(distance.max())),
+        scenario.drivetrain.wheelset.element.doubt(load),
+    ):
+        if doubt:
+            warn(doubt)
     return result
 
 
@@ -361,10 +366,10 @@ def _watch(
     report: Callable[[int], object],
     doubts: list[str],
 ) -> dict[str, FloatArray]:
-    """Run to the end and return the outcomes; add the doubts of `Track.doubt`."""
+    """Run to the end and return the outcomes; add doubts of tracks and force elements."""
     vehicles = Vehicles.of(runs.trains)
     watching = accumulators(outcomes, vehicles)
-    low = high = np.zeros(len(runs.trains))
+    low = high = largest = np.zeros(len(runs.trains))
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
             rows = DerivedRows(block, vehicles)
@@ -373,13 +378,17 @@ def _watch(
             distance = block["distance"]
             low = np.minimum(low, distance.min(axis=0))
             high = np.maximum(high, distance.max(axis=0))
+            largest = np.maximum(largest, block["normal_load"].max(axis=0))
             if kept is not None:
                 kept.add(block)
             report(block.time.size * len(runs.trains))
     ends = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
-    of_maps = (track.doubt(*place) for track, *place in ends)
+    of_maps = [track.doubt(*place) for track, *place in ends]
+    loaded = zip(runs.trains, largest.tolist(), strict=True)
+    of_loads = [train.wheelset.element.doubt(load) for train, load in loaded]
+    failed = [*runs.failed, *runs.failed]
     doubts += [
-        text for text, failed in zip(of_maps, runs.failed, strict=True) if text and not failed
+        text for text, fails in zip(of_maps + of_loads, failed, strict=True) if text and not fails
     ]
     return {name: accumulator.value() for name, accumulator in watching.items()}
 

@@ -16,6 +16,7 @@ from contactlib.base.quantities import (
     checked,
     checked_number,
     checked_rows,
+    warn,
 )
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.runs.damage import warn_of_damage
@@ -111,7 +112,8 @@ def simulate(
     Warns
     -----
     InputWarning
-        If the run's rim speed, slip work or creepage would destroy a vehicle.
+        If the run's rim speed, slip work or creepage would destroy a vehicle, or its load makes a
+        line contact with memory shorter than four semi-widths.
     """
     end, interval = checked_rows(
         controller.reference.at[-1] if duration is None else duration, output_interval
@@ -215,4 +217,6 @@ def simulate(
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events))
     warn_of_damage(result)
+    if doubt := wheelset.element.doubt(float(max(profiles["normal_load"].value))):
+        warn(doubt)
     return result

@@ -467,6 +467,8 @@ ASSERT_LAYOUT(third_margin, DOUBLES_TO(k_hat_limited, falling_branch) ==
                                 DOUBLES_TO(k_hat_margin, falling_margin));
 ASSERT_LAYOUT(fourth_margin, DOUBLES_TO(force_limited, falling_branch) ==
                                  DOUBLES_TO(force_margin, falling_margin));
+ASSERT_LAYOUT(fifth_margin, DOUBLES_TO(length_limited, falling_branch) ==
+                                DOUBLES_TO(length_margin, falling_margin));
 
 static double *flags_of(model_values *values) { return &values->output.falling_branch; }
 

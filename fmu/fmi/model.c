@@ -131,6 +131,8 @@ const char TRUTH[] = "Boolean";
     ROW(k_hat_limited, k_hat, "1", "k_hat is held at the largest value of the table"), \
     ROW(force_limited, force, "1", "static friction limits the force: that of the law, or with " \
         "memory that of a zone, is larger"), \
+    ROW(length_limited, length, "1", "a line contact is shorter than 4 semi-widths: its memory is " \
+        "that of 4"), \
     ROW(unloaded, load, "N", "there is no load, and so no force")
 #define FLAG(flag, margin, unit, text) GIVEN(OUTPUT, #flag, TRUTH, text, 0.0, 1.0, output.flag)
 #define INDICATOR_OF(flag, margin, unit, text) \

@@ -14,7 +14,7 @@ static void evaluate_without_grip(const creep_table *table, const force_element_
     force_state at =
         begin_force(table, p, contact_scales_of(table, p), in, &fall, direction_of(slip_of(p, in)));
     memset(out, 0, sizeof *out);
-    out->falling_margin = out->k_hat_margin = out->force_margin = -1.0;
+    out->falling_margin = out->k_hat_margin = out->force_margin = out->length_margin = -1.0;
     set_kinematics(p, in, &at, out);
     if (remembers(p)) {
         release_memory(in, out);

@@ -72,11 +72,14 @@ typedef struct {
     double k_hat_limited;      /* 1 if k_hat is held at the table's largest value */
     double force_limited;      /* 1 if static friction limits the force: that of the law, or with
                                   memory that of a zone, is larger (by 1 %) */
+    double length_limited;     /* 1 if the memory of a line contact shorter than 4 semi-widths is
+                                  that of 4 */
     double unloaded;           /* 1 if there is no load, and so no force */
     double falling_margin;     /* each of these flags is 1 where its margin is > 0 [1] */
     double speed_margin;       /* [m/s] */
     double k_hat_margin;       /* [1] */
     double force_margin;       /* of the force over the load [1] */
+    double length_margin;      /* of the semi-width over half the length [1] */
     double load_margin;        /* [N] */
     double force_by_omega;     /* partial derivatives of the creep force [N.s] */
     double force_by_speed;     /* [N.s/m] */

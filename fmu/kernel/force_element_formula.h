@@ -323,6 +323,14 @@ ALWAYS_INLINE void set_kinematics(const force_element_parameters *p, const force
     out->unloaded = out->load_margin > 0.0 ? 1.0 : 0.0;
 }
 
+/* Whether a line contact is too short for its memory. */
+ALWAYS_INLINE void set_length(const force_element_parameters *p, force_element_output *out) {
+    int line = remembers(p) & (p->elliptic == 0.0);
+    double beyond = p->semi_width / p->transverse_half_length - (1.0 + 1e-9) * MAX_LINE_ASPECT;
+    out->length_margin = line ? beyond : -1.0;
+    out->length_limited = out->length_margin > 0.0 ? 1.0 : 0.0;
+}
+
 /* Traction coefficient in full slip. */
 static inline double sliding_coefficient(const creep_table *table,
                                          const force_element_parameters *p, double kinetic) {
@@ -374,6 +382,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     double slope = q.slope + through_g * zeta0 * at->reference; /* at this speed */
     double by_creepage = per_creepage * slope;
     set_kinematics(p, in, at, out);
+    set_length(p, out);
     out->creep_force = sliding * q.traction_ratio;
     out->lateral_force = out->spin_moment = 0.0;
     set_by_force(p, in, out);

@@ -32,7 +32,14 @@ from contactlib.export.package import longest_step, reference_run
 from contactlib.runs import FmuSource, KernelSource
 
 VERSIONS = (2, 3)
-BOOLEANS = ("falling_branch", "speed_regularized", "k_hat_limited", "force_limited", "unloaded")
+BOOLEANS = (
+    "falling_branch",
+    "speed_regularized",
+    "k_hat_limited",
+    "force_limited",
+    "length_limited",
+    "unloaded",
+)
 
 
 def warns(tool: Instance, words: str) -> str:
@@ -121,7 +128,9 @@ def test_outputs_at_initialisation_are_the_kernel_s(tool: Instance, rig: cl.Mode
 
 def test_indicators_give_the_booleans(tool: Instance) -> None:
     tool.start()
-    indicators = [f"{n}_indicator" for n in ("falling", "speed", "k_hat", "force", "load")]
+    indicators = [
+        f"{n}_indicator" for n in ("falling", "speed", "k_hat", "force", "length", "load")
+    ]
     seen = set()
     usual = [(20.0, 10.0, 1e5), (20.5, 10.0, 1e5), (2.003, 1.0, 5e2)]
     for omega, speed, load in (*usual, (1, 0, 4.5), (1, 0, 0), (1, 0, -9)):
@@ -129,7 +138,7 @@ def test_indicators_give_the_booleans(tool: Instance) -> None:
         flags = [bool(v) for v in tool.get(*BOOLEANS)]
         assert [z > 0.0 for z in tool.get(*indicators)] == flags
         seen |= set(enumerate(flags))
-    assert len(seen) == 10  # each of them both true and false
+    assert len(seen) == 11  # each is both true and false, but the one of a contact with memory
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -187,8 +187,8 @@ class Point:
         """What static friction allows outer zone and core to hold, and what they hold [N]."""
         outer = self.outer_force, self.outer_lateral
         core = self.held_force - outer[0], self.held_lateral - outer[1]
-        shares = (OUTER_STRENGTH, 1.0 - OUTER_STRENGTH)
-        return [(share * self.largest, zone) for share, zone in zip(shares, (outer, core), strict=True)]
+        most = OUTER_STRENGTH * self.largest
+        return [(most, outer), (self.largest - most, core)]
 
     def acting(self, name: str) -> float:
         """Component of the held force, with each zone as far as static friction holds it [N]."""
@@ -341,6 +341,15 @@ CONTACT: dict[str, Relation] = {
         bool(p.k_hat_limited) == (p.grips and p.k_hat_of_law > p.description.element.table.k_max)
     ),
     "force_limited": force_limited,
+    "length_limited": lambda p: (
+        bool(p.length_limited)
+        == (
+            p.remembers
+            and p.grips
+            and not p.elliptic
+            and 2.0 * p.transverse_half_length < 4.0 * (1.0 - 1e-9) * p.contact.semi_width
+        )
+    ),
     "unloaded": lambda p: bool(p.unloaded) == (p.normal_load <= 0.0),
     "step_size_hint": step_size_hint,
     **{name: moves(name) for name in MEMORY},
@@ -349,6 +358,7 @@ CONTACT: dict[str, Relation] = {
     "speed_indicator": positive_where("speed_regularized", "speed_indicator"),
     "k_hat_indicator": positive_where("k_hat_limited", "k_hat_indicator"),
     "force_indicator": positive_where("force_limited", "force_indicator"),
+    "length_indicator": positive_where("length_limited", "length_indicator"),
     "load_indicator": positive_where("unloaded", "load_indicator"),
 }
 BODY: dict[str, Relation] = {

@@ -147,6 +147,31 @@ def test_a_wheel_without_load_has_no_force(wet_drive: cl.Scenario) -> None:
         assert (run[name][~up] > 0.0).all()
 
 
+def test_a_line_that_is_short_under_the_load_is_reported(wet_drive: cl.Scenario) -> None:
+    body = wet_drive.drivetrain.wheelset
+    contact = cl.LineContact.from_semi_width(
+        semi_width=7e-3, radius=0.46, contact_modulus=115e9, normal_load=80e3
+    )
+    long = dataclasses.replace(contact, length=4.2 * contact.semi_width)
+    friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
+    element = cl.ForceElement(
+        long, friction, table=cl.carter_griffith_table("line"), radius=body.radius, wheels=2,
+        memory=True,
+    )  # fmt: skip
+    train = Drivetrain(dataclasses.replace(body, element=element))
+    loads = [WheelLoad(time=(0.0, 0.1), factor=(1.0, factor)) for factor in (1.1, 1.2)]
+    heavy = [
+        dataclasses.replace(wet_drive, drivetrain=train, wheel_load=load, duration=0.2)
+        for load in loads
+    ]
+    reported = r"the line contact is 3\.83 semi-widths long: its memory is that of 4"
+    cl.run_scenario(heavy[0], "open_loop")
+    with pytest.warns(cl.InputWarning, match=reported):
+        cl.run_scenario(heavy[1], "open_loop")
+    with pytest.warns(cl.InputWarning, match=reported):
+        cl.run_many(heavy, "open_loop", outcomes=["slip_work"])
+
+
 def test_a_load_held_over_rows_converges(wet_drive: cl.Scenario) -> None:
     """Of first order, as it is held from its value at the start of a row."""
     case = dataclasses.replace(wet_drive, wheel_load=ROUGH, demand=cl.Profile.of(1.5e4))

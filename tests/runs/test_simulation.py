@@ -277,6 +277,20 @@ def test_memory_is_that_of_another_integrator(locomotive: cl.Model) -> None:
     assert run["traction_coefficient"][-1] == pytest.approx(other.y[2, -1] / 0.8e5, rel=1e-5)
 
 
+def test_a_line_that_is_short_under_the_load_is_reported(rig: cl.Model) -> None:
+    body = with_memory(rig).wheelset
+    contact: Any = body.element.contact
+    load = body.element.normal_load * (contact.length / (4.0 * contact.semi_width)) ** 2
+    control = cl.TorqueControl(cl.Profile(at=[0.0, 0.01], value=[0.0, 0.0]))
+    native, rolling = body.element.rolling_native, (10.0 / body.radius, 10.0)
+    for factor, short in ((1.0, 0.0), (1.02, 1.0)):
+        assert native.evaluate_one(*rolling, factor * load, 1.0).length_limited == short
+    cl.simulate(body, control, initial_speed=10.0, normal_load=load)
+    with pytest.warns(cl.base.quantities.InputWarning, match=r"3\.96 semi-widths long"):
+        cl.simulate(body, control, initial_speed=10.0, normal_load=1.02 * load)
+    cl.simulate(rig.wheelset, control, initial_speed=10.0, normal_load=1.02 * load)
+
+
 @pytest.mark.parametrize("times", [(0.3, 0.3), (0.3, 0.5)])
 def test_lift_off_takes_few_steps(locomotive: cl.Model, times: tuple[float, float]) -> None:
     """A sliding contact is close to corners of its rates while its load changes."""
