@@ -211,17 +211,11 @@ def reduced_frequency(
     -----
     A contact follows a change of its creepage over a length L of rolling, so that a rate has the
     relative error |rate| L/V in the first order. L is about 2 a, a being the semi-width, where the
-    contact sticks; where it slides, it is the distance Delta/zeta over which friction weakens.
-    Memory (`fmu/kernel/memory.h`) changes results of models/locomotive.toml at held speed by
-
-        |rate| a/V                                  0.05      0.2      0.5      1.2      2.5
-        pole at the steepest fall                  -0.1 %   -0.4 %     -1 %     -2 %     -5 %
-        slip-away time, torque 2 % above the fold  -0.2 %   -0.8 %     -2 %     -8 %    -16 %
-        amplitude of the antiphase limit cycle     +0.0 %   +0.3 %     +2 %     +9 %    +27 %
-
-    with the pole of `worst_pole` as rate in the first two rows and omega_t in the last. With
-    k_hat = 0.85 instead of 0.3 the pole at 0.5 changes by 5 %. The decay at a creepage near zero
-    changes by about twice its own |p| a/V, and beyond 0.2 the wheel oscillates on its contact.
+    contact sticks; where it slides, it is the distance Delta/zeta over which friction weakens. The
+    guide's page on memory tabulates the changes by memory for models/locomotive.toml. With
+    k_hat = 0.85 instead of 0.3 memory changes the steepest pole at 0.5 by 5 % instead of 1 %. The
+    decay at a creepage near zero changes by about 1.5 times its own |p| a/V, and beyond 0.2 the
+    wheel oscillates on its contact.
 
     Examples
     --------
