@@ -46,9 +46,9 @@ struct wheelset_run {
     drivetrain_member member;
     run_stretch given;
     group wheels;
-    double load;   /* under which the wheels are prepared [N] */
-    int changes;   /* whether the inputs change within the stretch */
-    double ahead;  /* part of the stretch by which they are ahead of time, for differences */
+    double load;  /* under which the wheels are prepared [N] */
+    int changes;  /* whether the inputs change within the stretch */
+    double ahead; /* part of the stretch by which they are ahead of time, for differences */
     equations problem;
     rows before, now;            /* at both ends of the last step */
     rows bend[3];                /* of the solution within it */
