@@ -146,7 +146,8 @@ class Contact:
         self.influence += layer * np.eye(count * size)
         self.at_edge = np.block([[part[size:] for part in row] for row in split])
         self.x, self.y, self.pressure = x[:size], y[:size], pressure[:size]
-        self.half_length, self.outline = 0.5 * length[:size], (y[:size] / b) ** 2
+        self.half_length, self.growth = 0.5 * length[:size], 0.5 if line else 1.0 / 3.0
+        self.outline = np.zeros(size) if line else (y[:size] / b) ** 2
         self.weight, self.first = weight[:size] * half, first[:lines]
         # A particle comes from the element ahead, and from the edge half a step ago.
         self.ahead = np.arange(size) - 1
@@ -161,8 +162,9 @@ class Contact:
         self.rigid = np.stack([rigid[name] for name in components], axis=1)
 
     def set_load(self, ratio: float) -> None:
-        """Set the load over the grid's; semi-axes and pressures go with its cube root (Hertz)."""
-        chord = np.sqrt(np.maximum(ratio ** (2 / 3) - self.outline, 1e-300))
+        """Set the load over the grid's; semi-axes and pressures grow with it as Hertz's do."""
+        square = ratio ** (2.0 * self.growth) - self.outline
+        chord = np.sqrt(np.maximum(square, 1e-300))
         borders = [np.clip((self.x + i * self.half_length) / chord, -1.0, 1.0) for i in (-1, 1)]
         under = [np.arcsin(at) + at * np.sqrt(1.0 - at * at) for at in borders]
         self.pressure = chord**2 * (under[1] - under[0]) / (4.0 * self.half_length)
