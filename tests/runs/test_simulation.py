@@ -281,12 +281,12 @@ def test_a_line_that_is_short_under_the_load_is_reported(rig: cl.Model) -> None:
     body = with_memory(rig).wheelset
     contact: Any = body.element.contact
     load = body.element.normal_load * (contact.length / (4.0 * contact.semi_width)) ** 2
-    control = cl.TorqueControl(cl.Profile(at=[0.0, 0.01], value=[0.0, 0.0]))
+    control = cl.TorqueControl(cl.Profile((0.0, 0.01), (0.0, 0.0)))
     native, rolling = body.element.rolling_native, (10.0 / body.radius, 10.0)
     for factor, short in ((1.0, 0.0), (1.02, 1.0)):
         assert native.evaluate_one(*rolling, factor * load, 1.0).length_limited == short
     cl.simulate(body, control, initial_speed=10.0, normal_load=load)
-    with pytest.warns(cl.base.quantities.InputWarning, match=r"3\.96 semi-widths long"):
+    with pytest.warns(cl.InputWarning, match=r"3\.96 semi-widths long"):
         cl.simulate(body, control, initial_speed=10.0, normal_load=1.02 * load)
     cl.simulate(rig.wheelset, control, initial_speed=10.0, normal_load=1.02 * load)
 
@@ -297,9 +297,9 @@ def test_lift_off_takes_few_steps(locomotive: cl.Model, times: tuple[float, floa
     body = with_memory(locomotive).wheelset
     load = body.element.normal_load
     torque = 0.1 * load * body.radius
-    places = [0.0, *dict.fromkeys(times), 0.8, 1.0]
-    down = cl.Profile(at=places, value=[load if t in (0.0, 0.8, 1.0) else 0.0 for t in places])
-    control = cl.TorqueControl(cl.Profile(at=[0.0, 1.0], value=[torque, torque]))
+    places = (0.0, *dict.fromkeys(times), 0.8, 1.0)
+    down = cl.Profile(places, tuple(load if t in (0.0, 0.8, 1.0) else 0.0 for t in places))
+    control = cl.TorqueControl(cl.Profile((0.0, 1.0), (torque, torque)))
     coarse, fine = (
         cl.simulate(
             body, control, initial_speed=10.0, normal_load=down, tolerance=tolerance,
