@@ -82,7 +82,7 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         }
         force_element_output out;
         finish_force(c->table, &p, &in, &at, q, &out);
-        if (remembering) memory_action(&p, &in, &at, which != ONLY_FORCE, which == ALL, &out);
+        if (remembering) memory_action(1, &p, &in, &at, which != ONLY_FORCE, which == ALL, &out);
         if (which == ALL) {
             put(c->out, l, FIELDS(force_element_output), (const double *)&out);
             continue;

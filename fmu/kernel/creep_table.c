@@ -12,6 +12,41 @@ void creep_table_evaluate(const creep_table *table, double normalized_creepage, 
                     &value->slope, &value->log_k_derivative, &value->log_layer_derivative);
 }
 
+/* A spline at the first node, from its first three coefficients. */
+static double at_first_node(const double c[3]) { return (c[0] + 4.0 * c[1] + c[2]) * (1.0 / 6.0); }
+
+/* Of two axes t, m and s - 1 vanish at x = 0, and so does C. */
+double creep_table_initial_slope(const creep_table *table, double k_hat, double layer_ratio) {
+    if (table->one_axis) return table->steepest_slope;
+    double none = 0.0, sum[4] = {0.0};
+    if (layer_ratio >= MIN_LAYER && table->layer_w > 0) {
+        size_t row_length = (size_t)table->layer_u + 3;
+        size_t plane_length = row_length * ((size_t)table->layer_k + 3);
+        double lam = smaller(layer_ratio, MAX_LAYER), g = sqrt(sqrt(lam)),
+               w = g / (LAYER_MIDDLE + g);
+        double fraction, by_w[4], by_k[4], slope[4];
+        double position_k = sqrt(k_hat) * (table->layer_k / sqrt(table->k_max));
+        const float *plane = table->layer_coefficients;
+        plane += plane_length * locate(w * table->layer_w, table->layer_w, &fraction);
+        basis(fraction, by_w, slope);
+        plane += row_length * locate(position_k, table->layer_k, &fraction);
+        basis(fraction, by_k, slope);
+        for (int a = 0; a < 4; a++, plane += plane_length)
+            for (int b = 0; b < 4; b++)
+                for (int c = 0; c < 3; c++)
+                    sum[c] += by_w[a] * by_k[b] * (double)plane[(size_t)b * row_length + c];
+        layer_place at = layer_place_at(0.0, k_hat, lam);
+        return (2.0 + at_first_node(sum)) * layer_weight(&at);
+    }
+    if (table->cells_u == 0) return 2.0;
+    uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
+    uint32_t row_length = corner + table->cells_u + 3;
+    spline_place place;
+    find_places(table, 1, &k_hat, &none, row_length, &place);
+    add_rows(table->coefficients + corner + place.first[0], row_length, place.weight, 0, sum);
+    return 2.0 + (table->root_k ? place.root_k[0] : 1.0) * at_first_node(sum);
+}
+
 #ifndef ONE_FILE_KERNEL
 #include "checked_file.h"
 

@@ -82,6 +82,10 @@ CONTACTLIB_API const char *creep_table_open(creep_table *table, const void *byte
 CONTACTLIB_API void creep_table_evaluate(const creep_table *table, double normalized_creepage,
                                          double k_hat, double layer_ratio, creep_value *value);
 
+/* The steepest slope of a table of one axis, else dq/dx at x = 0, where any law is steepest. */
+CONTACTLIB_API double creep_table_initial_slope(const creep_table *table, double k_hat,
+                                                double layer_ratio);
+
 enum { MAX_LAYER_RATIO = 10000000 }; /* that callers accept */
 
 /* q or dq/dx at one point, NaN if an argument is out of range. */

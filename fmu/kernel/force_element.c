@@ -47,7 +47,9 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     add_layer(&p, &at);
     creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
-    if (remembers(&p)) memory_action(&p, in, &at, 1, 1, out);
+    if (!remembers(&p)) return;
+    if (holds_lateral(in)) memory_action(2, &p, in, &at, 1, 1, out);
+    else memory_action(1, &p, in, &at, 1, 1, out);
 }
 
 void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {

@@ -62,14 +62,11 @@ ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
  * last digits. */
 static inline void set_memory_scales(const creep_table *table, const force_element_parameters *p,
                                      contact_scales *s) {
-    creep_value clean, layered;
     contact_memory memory;
-    creep_table_evaluate(table, table->steepest_creepage, 0.0, 0.0, &clean);
-    layered = clean;
-    if (has_layer(p))
-        creep_table_evaluate(table, table->steepest_creepage, 0.0, s->layer_ratio, &layered);
+    double clean = creep_table_initial_slope(table, 0.0, 0.0), layered = clean;
+    if (has_layer(p)) layered = creep_table_initial_slope(table, 0.0, s->layer_ratio);
     /* Hertz: a line grows with the root of the load, an ellipse keeps its shape. */
-    double to_strips = p->body_modulus / p->contact_modulus, softer = clean.slope / layered.slope;
+    double to_strips = p->body_modulus / p->contact_modulus, softer = clean / layered;
     int elliptic = p->elliptic != 0.0;
     double ideal = elliptic ? 2.35619449019234493 : 2.0; /* initial slope of Carter's law */
     double shape = p->semi_width / p->transverse_half_length;
@@ -77,7 +74,7 @@ static inline void set_memory_scales(const creep_table *table, const force_eleme
                       &memory);
     s->relaxation_length = memory.relaxation_length * p->semi_width;
     s->lateral_relaxation_length = memory.lateral_relaxation_length * p->semi_width;
-    s->initial_slope = layered.slope;
+    s->initial_slope = layered;
     s->standing_stiffness =
         memory.standing_stiffness * to_strips * softer / ideal * memory.relaxation_length;
 }
@@ -410,6 +407,39 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
     memset(out->memory_by, 0, sizeof out->memory_by);
 }
 
+/* Vectors have components along rolling and, if there are two parts, across it. */
+ALWAYS_INLINE double magnitude_of(int parts, const double *v) {
+    return parts == 1 || v[1] == 0.0 ? fabs(v[0]) : sqrt(v[0] * v[0] + v[1] * v[1]);
+}
+
+ALWAYS_INLINE double inner(int parts, const double *v, const double *w) {
+    return parts == 1 ? v[0] * w[0] : v[0] * w[0] + v[1] * w[1];
+}
+
+/* How a limit holds a vector back: the part that is left, and one over its squared magnitude. */
+typedef struct {
+    int beyond;
+    double part, per_square;
+} bound;
+
+/* Hold a vector within a magnitude. */
+ALWAYS_INLINE bound hold_within(int parts, double limit, const double *v, double *held) {
+    double size = magnitude_of(parts, v);
+    bound b;
+    b.beyond = size > limit;
+    b.part = b.beyond ? limit / size : 1.0;
+    b.per_square = 1.0 / (size * size);
+    for (int i = 0; i < parts; i++) held[i] = b.part * v[i];
+    return b;
+}
+
+/* Its change, also with the limit. */
+ALWAYS_INLINE void change_within(int parts, const bound *b, double log_limit, const double *v,
+                                 const double *dv, double *dheld) {
+    double by = b->beyond ? inner(parts, v, dv) * b->per_square - log_limit : 0.0;
+    for (int i = 0; i < parts; i++) dheld[i] = b->part * (dv[i] - by * v[i]);
+}
+
 /* Flow of the memory at a steady state, and what its arguments are. Vectors have components along
  * and across rolling. */
 typedef struct {
@@ -427,30 +457,11 @@ typedef struct {
     double rate[2];           /* of q by rolling and creepage, for one sigma [1/s] */
     double outer_rate[2];     /* the same of c */
     double weakening, pace;
-    double scale;   /* f_d P [N] */
-    int slow, weak; /* creepage or force are too small to have a direction */
-    int frozen;     /* the derivatives hold the paces constant */
+    double scale, per_scale; /* f_d P [N], and one over it */
+    bound act[2], count[2];  /* how the limits hold the zones back */
+    int slow, weak;          /* creepage or force are too small to have a direction */
+    int frozen;              /* the derivatives hold the paces constant */
 } memory_place;
-
-ALWAYS_INLINE double magnitude_of(const double v[2]) {
-    return v[1] == 0.0 ? fabs(v[0]) : sqrt(v[0] * v[0] + v[1] * v[1]);
-}
-
-/* Hold a vector within a magnitude. */
-ALWAYS_INLINE void hold_within(double limit, const double v[2], double held[2]) {
-    double size = magnitude_of(v), part = size > limit ? limit / size : 1.0;
-    held[0] = part * v[0];
-    held[1] = part * v[1];
-}
-
-/* Its change, also with the limit. */
-ALWAYS_INLINE void change_within(double limit, double log_limit, const double v[2],
-                                 const double dv[2], double dheld[2]) {
-    double size = magnitude_of(v), part = size > limit ? limit / size : 1.0;
-    double by = size > limit ? (v[0] * dv[0] + v[1] * dv[1]) / (size * size) - log_limit : 0.0;
-    dheld[0] = part * (dv[0] - by * v[0]);
-    dheld[1] = part * (dv[1] - by * v[1]);
-}
 
 /* Lose what friction cannot hold at once, as a step of any length may. */
 static inline void lose_excess(const force_element_parameters *p, force_element_input *in) {
@@ -458,8 +469,8 @@ static inline void lose_excess(const force_element_parameters *p, force_element_
     double strength = p->static_friction * scale * load;
     double outer[2] = {in->outer_force, in->outer_lateral};
     double core[2] = {in->held_force - outer[0], in->held_lateral - outer[1]};
-    hold_within(OUTER_STRENGTH * strength, outer, outer);
-    hold_within((1.0 - OUTER_STRENGTH) * strength, core, core);
+    hold_within(2, OUTER_STRENGTH * strength, outer, outer);
+    hold_within(2, (1.0 - OUTER_STRENGTH) * strength, core, core);
     in->outer_force = outer[0];
     in->outer_lateral = outer[1];
     in->held_force = outer[0] + core[0];
@@ -468,10 +479,11 @@ static inline void lose_excess(const force_element_parameters *p, force_element_
 }
 
 /* Forces of the zones as the states are, and as far as friction holds them. */
-ALWAYS_INLINE void set_held(const force_element_parameters *p, const force_element_input *in,
-                            double scale, memory_place *m) {
+ALWAYS_INLINE void set_held(int parts, const force_element_parameters *p,
+                            const force_element_input *in, double scale, memory_place *m) {
     double strength = p->static_friction * in->friction_scale * in->normal_load;
     m->scale = scale;
+    m->per_scale = 1.0 / scale;
     m->limit[0] = OUTER_STRENGTH * strength;
     m->limit[1] = (1.0 - OUTER_STRENGTH) * strength;
     m->held[0][0] = in->outer_force;
@@ -479,16 +491,17 @@ ALWAYS_INLINE void set_held(const force_element_parameters *p, const force_eleme
     m->held[1][0] = in->held_force - in->outer_force;
     m->held[1][1] = in->held_lateral - in->outer_lateral;
     for (int zone = 0; zone < 2; zone++) {
-        hold_within(m->limit[zone], m->held[zone], m->acting[zone]);
-        hold_within(SLACK * m->limit[zone], m->held[zone], m->counted[zone]);
+        double limit = m->limit[zone], *held = m->held[zone];
+        m->act[zone] = hold_within(parts, limit, held, m->acting[zone]);
+        m->count[zone] = hold_within(parts, SLACK * limit, held, m->counted[zone]);
     }
-    for (int i = 0; i < 2; i++) {
-        m->c[i] = m->counted[0][i] / scale;
-        m->q[i] = m->c[i] + m->counted[1][i] / scale;
+    for (int i = 0; i < parts; i++) {
+        m->c[i] = m->counted[0][i] * m->per_scale;
+        m->q[i] = m->c[i] + m->counted[1][i] * m->per_scale;
     }
 }
 
-ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
+ALWAYS_INLINE memory_place memory_at(int parts, const force_element_parameters *p,
                                      const force_element_input *in, const force_state *at,
                                      double across, const double force[2]) {
     const double tiny = 1e-6; /* normalized creepage below which the flow has its limit at zero */
@@ -497,26 +510,26 @@ ALWAYS_INLINE memory_place memory_at(const force_element_parameters *p,
     memory_place m;
     m.creepage[0] = at->x;
     m.creepage[1] = across;
-    m.size = magnitude_of(m.creepage);
-    m.ratio = magnitude_of(force);
+    m.size = magnitude_of(parts, m.creepage);
+    m.ratio = magnitude_of(parts, force);
     m.slow = m.size < tiny;
     m.frozen = p->memory > 1.0;
     m.weak = m.ratio < least;
     m.direction[0] = m.ratio > 0.0 ? force[0] / m.ratio : at->x < 0.0 ? -1.0 : 1.0;
     m.direction[1] = m.ratio > 0.0 ? force[1] / m.ratio : 0.0;
-    set_held(p, in, at->kinetic * in->normal_load, &m);
-    m.along = m.q[0] * m.direction[0] + m.q[1] * m.direction[1];
-    m.magnitude = magnitude_of(m.q);
+    set_held(parts, p, in, at->kinetic * in->normal_load, &m);
+    m.along = inner(parts, m.q, m.direction);
+    m.magnitude = magnitude_of(parts, m.q);
     m.length_ratio[0] = 1.0;
     m.length_ratio[1] = scales->relaxation_length / scales->lateral_relaxation_length;
     m.weakening = p->weakening_length / (p->semi_width * scales->saturation_creepage);
     m.pace = at->reference / scales->relaxation_length; /* at rest the slip alone loads it */
     m.flow = memory_flow_at(p, scales, larger(m.size, tiny), larger(m.ratio, least), at->k_hat,
-                            m.weakening, m.along, m.c[0] * m.direction[0] + m.c[1] * m.direction[1],
-                            m.magnitude, in->unslipped, m.pace);
+                            m.weakening, m.along, inner(parts, m.c, m.direction), m.magnitude,
+                            in->unslipped, m.pace);
     const memory_flow *f = &m.flow;
     double forward = f->fast * (f->strength - m.along);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < parts; i++) {
         double e = m.direction[i], ahead = forward * e, aside = f->turn * (m.along * e - m.q[i]);
         m.force[i] = force[i];
         if (m.weak) ahead = f->fast * (force[i] - m.q[i]), aside = 0.0;
@@ -534,9 +547,11 @@ typedef struct {
         log_limit;
 } memory_direction;
 
-ALWAYS_INLINE double change_along(const memory_gradient by, const memory_gradient change) {
+/* Change as the arguments from one on change. */
+ALWAYS_INLINE double change_along(int first, const memory_gradient by,
+                                  const memory_gradient change) {
     double sum = 0.0;
-    for (int k = 0; k < MEMORY_ARGUMENTS; k++) sum += by[k] * change[k];
+    for (int k = first; k < MEMORY_ARGUMENTS; k++) sum += by[k] * change[k];
     return sum;
 }
 
@@ -546,20 +561,21 @@ typedef struct {
     double held[2][2], acting[2][2], counted[2][2], c[2], q[2];
 } held_change;
 
-ALWAYS_INLINE held_change change_of_held(const memory_place *m, const memory_direction *d) {
+ALWAYS_INLINE held_change change_of_held(int parts, const memory_place *m,
+                                         const memory_direction *d) {
     held_change h;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < parts; i++) {
         h.held[0][i] = d->outer[i];
         h.held[1][i] = d->held[i] - d->outer[i];
     }
     for (int zone = 0; zone < 2; zone++) {
-        double limit = m->limit[zone];
-        change_within(limit, d->log_limit, m->held[zone], h.held[zone], h.acting[zone]);
-        change_within(SLACK * limit, d->log_limit, m->held[zone], h.held[zone], h.counted[zone]);
+        const double *held = m->held[zone], *change = h.held[zone];
+        change_within(parts, &m->act[zone], d->log_limit, held, change, h.acting[zone]);
+        change_within(parts, &m->count[zone], d->log_limit, held, change, h.counted[zone]);
     }
-    for (int i = 0; i < 2; i++) {
-        h.c[i] = h.counted[0][i] / m->scale - m->c[i] * d->log_scale;
-        h.q[i] = (h.counted[0][i] + h.counted[1][i]) / m->scale - m->q[i] * d->log_scale;
+    for (int i = 0; i < parts; i++) {
+        h.c[i] = h.counted[0][i] * m->per_scale - m->c[i] * d->log_scale;
+        h.q[i] = (h.counted[0][i] + h.counted[1][i]) * m->per_scale - m->q[i] * d->log_scale;
     }
     return h;
 }
@@ -568,9 +584,9 @@ ALWAYS_INLINE held_change change_of_held(const memory_place *m, const memory_dir
 enum { HELD, UNSLIPPED, OUTER, LATERAL, HELD_LATERAL = LATERAL, OUTER_LATERAL, MEMORY_STATES };
 
 /* Rates of the memory. */
-ALWAYS_INLINE void memory_rates(const memory_place *m, double *rate) {
+ALWAYS_INLINE void memory_rates(int parts, const memory_place *m, double *rate) {
     const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < parts; i++) {
         double scale = m->length_ratio[i] * m->scale, lost = m->held[0][i] - m->counted[0][i];
         double by_core = m->held[1][i] - m->counted[1][i];
         rate[held[i]] = scale * m->rate[i] - RELEASE * (lost + by_core);
@@ -579,38 +595,47 @@ ALWAYS_INLINE void memory_rates(const memory_place *m, double *rate) {
     rate[UNSLIPPED] = m->flow.rate;
 }
 
-/* Their changes. */
-ALWAYS_INLINE void memory_change(const memory_place *m, const memory_direction *d,
-                                 const held_change *h, double *rate) {
+/* Their changes. In a direction of the states alone (FROM_STATES) neither the steady force nor what
+ * it depends on changes. */
+ALWAYS_INLINE void memory_change(int parts, const memory_place *m, int first,
+                                 const memory_direction *d, const held_change *h, double *rate) {
     const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
-    double turn[2], per_size = m->slow ? 0.0 : 1.0 / m->size;
-    double dratio = m->direction[0] * d->force[0] + m->direction[1] * d->force[1];
+    double turn[2] = {0.0, 0.0}, per_magnitude = m->magnitude > 0.0 ? 1.0 / m->magnitude : 0.0;
     memory_gradient change;
-    change[BY_X] = (m->creepage[0] * d->creepage[0] + m->creepage[1] * d->creepage[1]) * per_size;
-    change[BY_RATIO] = m->weak ? 0.0 : dratio;
-    change[BY_K] = d->k_hat;
-    change[BY_WEAKENING] = d->weakening;
     change[BY_FORCE] = change[BY_OUTER] = change[BY_SIZE] = 0.0;
     change[BY_UNSLIPPED] = d->unslipped;
-    change[BY_PACE] = d->pace;
-    for (int i = 0; i < 2; i++) {
-        turn[i] = m->weak ? 0.0 : (d->force[i] - m->direction[i] * dratio) / m->ratio;
-        change[BY_FORCE] += m->direction[i] * h->q[i] + m->q[i] * turn[i];
-        change[BY_OUTER] += m->direction[i] * h->c[i] + m->c[i] * turn[i];
-        change[BY_SIZE] += m->magnitude > 0.0 ? m->q[i] * h->q[i] / m->magnitude : 0.0;
+    if (first < FROM_STATES) {
+        double per_size = m->slow ? 0.0 : 1.0 / m->size, per_ratio = m->weak ? 0.0 : 1.0 / m->ratio;
+        double dratio = inner(parts, m->direction, d->force);
+        change[BY_X] = inner(parts, m->creepage, d->creepage) * per_size;
+        change[BY_RATIO] = m->weak ? 0.0 : dratio;
+        change[BY_K] = d->k_hat;
+        change[BY_WEAKENING] = d->weakening;
+        change[BY_PACE] = d->pace;
+        for (int i = 0; i < parts && parts > 1; i++) { /* else it has no other direction */
+            turn[i] = (d->force[i] - m->direction[i] * dratio) * per_ratio;
+            change[BY_FORCE] += m->q[i] * turn[i];
+            change[BY_OUTER] += m->c[i] * turn[i];
+        }
+    }
+    for (int i = 0; i < parts; i++) {
+        change[BY_FORCE] += m->direction[i] * h->q[i];
+        change[BY_OUTER] += m->direction[i] * h->c[i];
+        change[BY_SIZE] += m->q[i] * per_magnitude * h->q[i];
     }
     const memory_flow *f = &m->flow;
-    double dfast = change_along(f->fast_by, change), dturn = change_along(f->turn_by, change);
-    double dshare = change_along(f->share_by, change);
-    double dcarried = change_along(f->carried_by, change);
-    double dquick = change_along(f->rate_by, change);
+    double dfast = change_along(first, f->fast_by, change);
+    double dturn = change_along(first, f->turn_by, change);
+    double dshare = change_along(first, f->share_by, change);
+    double dcarried = change_along(first, f->carried_by, change);
+    double dquick = change_along(first, f->rate_by, change);
     if (m->frozen) {
         dfast = dturn = dshare = dcarried = 0.0;
         dquick = f->pull_by_unslipped * d->unslipped;
     }
     double gap = f->strength - m->along, along = change[BY_FORCE];
-    double dgap = change_along(f->strength_by, change) - along;
-    for (int i = 0; i < 2; i++) {
+    double dgap = change_along(first, f->strength_by, change) - along;
+    for (int i = 0; i < parts; i++) {
         double e = m->direction[i], ahead = f->fast * gap * e, across = m->along * e - m->q[i];
         double dahead = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i];
         double aside = f->turn * across;
@@ -634,18 +659,19 @@ ALWAYS_INLINE void memory_change(const memory_place *m, const memory_direction *
 }
 
 /* Replace the steady forces by those of a contact with memory. */
-ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_element_input *in,
-                               const memory_place *m, force_element_output *out) {
+ALWAYS_INLINE void hold_forces(int parts, const force_element_parameters *p,
+                               const force_element_input *in, const memory_place *m,
+                               force_element_output *out) {
     out->sticking = m->flow.sticking;
     out->steady_outer = m->scale * m->force[0] * m->flow.steady_carried;
-    memory_rates(m, &out->held_rate);
+    memory_rates(parts, m, &out->held_rate);
     out->creep_force = m->acting[0][0] + m->acting[1][0];
-    out->lateral_force = m->acting[0][1] + m->acting[1][1];
+    if (parts > 1) out->lateral_force = m->acting[0][1] + m->acting[1][1];
     out->traction_coefficient = out->creep_force / in->normal_load;
     /* A zone that slips lies on its limit, where rounding must not raise the flag. */
     double strength = p->static_friction * in->friction_scale;
     for (int zone = 0; zone < 2; zone++) {
-        double above = magnitude_of(m->held[zone]) / m->limit[zone] - (1.0 + YIELDING);
+        double above = magnitude_of(parts, m->held[zone]) / m->limit[zone] - (1.0 + YIELDING);
         out->force_margin = larger(out->force_margin, strength * above);
     }
     out->force_limited = out->force_margin > 0.0 ? 1.0 : 0.0;
@@ -654,10 +680,11 @@ ALWAYS_INLINE void hold_forces(const force_element_parameters *p, const force_el
 
 /* Set the changes of the force and of the rates by one of the states omega, speed and those of the
  * memory. */
-ALWAYS_INLINE void set_changes_by(int state, const held_change *h, const double *rate,
+ALWAYS_INLINE void set_changes_by(int parts, int state, const held_change *h, const double *rate,
                                   force_element_output *out) {
     if (state >= 2) out->force_by_memory[state - 2] = h->acting[0][0] + h->acting[1][0];
-    for (int i = 0; i < MEMORY_STATES; i++) out->memory_by[i][state] = rate[i];
+    for (int i = 0; i < (parts == 1 ? LATERAL : MEMORY_STATES); i++)
+        out->memory_by[i][state] = rate[i];
 }
 
 /* Whether a lateral force is held. */
@@ -665,49 +692,69 @@ ALWAYS_INLINE int holds_lateral(const force_element_input *in) {
     return (in->held_lateral != 0.0) | (in->outer_lateral != 0.0);
 }
 
-/* The memory without lateral slip and spin, with or without the derivatives of its rates and
- * a lateral force; parameters are those at the load. */
-ALWAYS_INLINE void memory_action(const force_element_parameters *p,
-                                 const force_element_input *given, const force_state *at,
+/* Changes of the rates by a lateral force where there is none: it turns into the steady force. */
+ALWAYS_INLINE void set_changes_by_lateral(const memory_place *m, force_element_output *out) {
+    const memory_flow *f = &m->flow;
+    double turn = m->weak ? f->fast : f->turn, share = m->weak ? f->share : f->carried;
+    for (int i = HELD_LATERAL; i <= OUTER_LATERAL; i++) {
+        double core = i == HELD_LATERAL ? 1.0 : -1.0, outer = i == HELD_LATERAL ? 0.0 : 1.0;
+        double counted_core = core * m->count[1].part, counted_outer = outer * m->count[0].part;
+        double q = counted_outer + counted_core, lost = outer - counted_outer;
+        out->memory_by[HELD_LATERAL][2 + i] =
+            -m->length_ratio[1] * (turn * q) - RELEASE * (lost + (core - counted_core));
+        out->memory_by[OUTER_LATERAL][2 + i] =
+            m->length_ratio[1] *
+                (2.25 * m->pace * (f->carried * q - counted_outer) - share * turn * q) -
+            RELEASE * lost;
+    }
+}
+
+/* The memory without lateral slip and spin, with or without the derivatives of its rates; those by
+ * a lateral force too, which is held if there are two parts. Parameters are those at the load. */
+ALWAYS_INLINE void memory_action(int parts, const force_element_parameters *p,
+                                 const force_element_input *in, const force_state *at,
                                  int derivatives, int lateral, force_element_output *out) {
-    force_element_input held = *given, *in = &held;
-    if (!lateral) held.held_lateral = held.outer_lateral = 0.0;
     double per_force = 1.0 / (at->kinetic * in->normal_load);
     double log_k = at->k_hat < at->scales.k_hat ? 0.0 : -0.5;
     double steady[2] = {out->steady_force * per_force, 0.0};
     double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
-    memory_place m = memory_at(p, in, at, 0.0, steady);
-    hold_forces(p, in, &m, out);
+    memory_place m = memory_at(parts, p, in, at, 0.0, steady);
+    hold_forces(parts, p, in, &m, out);
     if (!derivatives) return;
     memory_direction d;
     memset(&d, 0, sizeof d);
     d.log_limit = 1.0 / in->normal_load;
-    held_change h = change_of_held(&m, &d);
+    held_change h = change_of_held(parts, &m, &d);
     out->force_by_load = h.acting[0][0] + h.acting[1][0];
     out->force_by_omega = out->force_by_speed = 0.0; /* static friction at no slip limits it */
-    UNROLLED for (int i = 0; i < 2 + MEMORY_STATES; i++) {
-        if (!lateral && i >= 2 + LATERAL) continue;
-        double rate[MEMORY_STATES];
+    double rate[MEMORY_STATES];
+    UNROLLED for (int i = 0; i < 2; i++) { /* by omega and speed */
         memset(&d, 0, sizeof d);
-        if (i < 2) {
-            d.log_scale = log_g[i];
-            d.creepage[0] = creepage[i] * at->inverse_saturation - at->x * log_g[i];
-            d.force[0] = force[i] * per_force - steady[0] * log_g[i];
-            d.k_hat = at->k_hat * log_k * log_g[i];
-            d.weakening = -m.weakening * log_g[i];
-        }
+        d.log_scale = log_g[i];
+        d.creepage[0] = creepage[i] * at->inverse_saturation - at->x * log_g[i];
+        d.force[0] = force[i] * per_force - steady[0] * log_g[i];
+        d.k_hat = at->k_hat * log_k * log_g[i];
+        d.weakening = -m.weakening * log_g[i];
         if (i == 1) d.pace = at->speed_slope / at->scales.relaxation_length;
-        if (i == 2 + HELD) d.held[0] = 1.0;
-        if (i == 2 + UNSLIPPED) d.unslipped = 1.0;
-        if (i == 2 + OUTER) d.outer[0] = 1.0;
-        if (i == 2 + HELD_LATERAL) d.held[1] = 1.0;
-        if (i == 2 + OUTER_LATERAL) d.outer[1] = 1.0;
-        h = change_of_held(&m, &d);
-        memory_change(&m, &d, &h, rate);
-        set_changes_by(i, &h, rate, out);
+        h = change_of_held(parts, &m, &d);
+        memory_change(parts, &m, BY_X, &d, &h, rate);
+        set_changes_by(parts, i, &h, rate, out);
     }
+    UNROLLED for (int i = 0; i < MEMORY_STATES; i++) {
+        if (parts == 1 && i >= LATERAL) continue;
+        memset(&d, 0, sizeof d);
+        if (i == HELD) d.held[0] = 1.0;
+        if (i == UNSLIPPED) d.unslipped = 1.0;
+        if (i == OUTER) d.outer[0] = 1.0;
+        if (i == HELD_LATERAL) d.held[1] = 1.0;
+        if (i == OUTER_LATERAL) d.outer[1] = 1.0;
+        h = change_of_held(parts, &m, &d);
+        memory_change(parts, &m, FROM_STATES, &d, &h, rate);
+        set_changes_by(parts, 2 + i, &h, rate, out);
+    }
+    if (parts == 1 && lateral) set_changes_by_lateral(&m, out);
 }
 
 /* Without load or friction nothing is held, and the contact that begins has not slipped. */

@@ -22,12 +22,10 @@ static void values(int n, const double logarithms[][ASPECT_TERMS][POISSON_TERMS]
     chebyshev(ASPECT_TERMS, logarithm(g) / 3.0, along);
     chebyshev(POISSON_TERMS, 4.0 * nu - 1.0, across);
     for (int k = 0; k < n; k++) {
-        double log_of = 0.0;
-        for (int i = 0; i < ASPECT_TERMS; i++) {
-            double at_nu = 0.0;
-            for (int j = 0; j < POISSON_TERMS; j++) at_nu += logarithms[k][i][j] * across[j];
-            log_of += at_nu * along[i];
-        }
+        double log_of = 0.0, at_g[POISSON_TERMS] = {0.0}; /* sums over neighbours in the memory */
+        for (int i = 0; i < ASPECT_TERMS; i++)
+            for (int j = 0; j < POISSON_TERMS; j++) at_g[j] += logarithms[k][i][j] * along[i];
+        for (int j = 0; j < POISSON_TERMS; j++) log_of += at_g[j] * across[j];
         value[k] = exponential(log_of);
     }
 }
@@ -77,8 +75,7 @@ void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio, doub
         lateral = 1.0 - nu * (1.0 - 0.345 * g) / (1.0 + 0.5 * g); /* c22/c11, to 2 % for steel */
         /* Mindlin's problem: tractions like one over the root of 1 - X^2 - Y^2 displace the centre
          * by the integrals of cos^2 and (1 - nu) sin^2 over sqrt(cos^2 + g^2 sin^2). */
-        double along = g * g * hertz_integral(g, 1.0) + (1.0 - nu) * hertz_integral(1.0, g);
-        compliance = along / (9.0 * (1.0 - nu));
+        compliance = elliptic_integral(g, 1.0, 1.0 - nu) / (3.0 * (1.0 - nu));
         rise = (32.0 / (3.0 * PI * PI) - 1.0) * compliance;
     } else {
         double lines = 2.0 / g, lag = logarithm(4.0 * lines) - 1.5, e = nu / (1.0 - nu);

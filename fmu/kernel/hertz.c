@@ -4,14 +4,12 @@
 
 #include "simd_math.h"
 
-/* Integral of cos^2 t/sqrt(cos^2 t + k^2 sin^2 t) over t from 0 to pi/2, for k > 0.
- *
- * Bulirsch, "Numerical calculation of elliptic integrals and elliptic functions III", Numerische
- * Mathematik 13 (1969) 305-315, his cel(k, 1, 1, 0): arithmetic-geometric means of positive
+/* Bulirsch, "Numerical calculation of elliptic integrals and elliptic functions III", Numerische
+ * Mathematik 13 (1969) 305-315, his cel(k, 1, a, b): arithmetic-geometric means of positive
  * numbers, so no digits are lost in a circle or a long ellipse. */
-static double cosine_integral(double k) {
+double elliptic_integral(double k, double a, double b) {
     enum { MAX_STEPS = 20 }; /* each doubles the digits; the loop ends for NaN too */
-    double product = k, mean = 1.0, root = k, p = 1.0, a = 1.0, b = 0.0;
+    double product = k, mean = 1.0, root = k, p = 1.0;
     for (int step = 0; step < MAX_STEPS; step++) {
         double previous_a = a, share = product / p, previous_mean = mean;
         a += b / p;
@@ -25,11 +23,11 @@ static double cosine_integral(double k) {
     return 0.5 * PI * (b + a * mean) / (mean * (mean + p));
 }
 
+#ifndef ONE_FILE_KERNEL
 double hertz_integral(double along, double across) {
-    return 3.0 * cosine_integral(along / across) / (along * along * across);
+    return 3.0 * elliptic_integral(along / across, 1.0, 0.0) / (along * along * across);
 }
 
-#ifndef ONE_FILE_KERNEL
 void hertz_semi_axes(double radius_x, double radius_y, double compliance, double *semi_axes) {
     enum { HALVINGS = 60 };
     double log_radii = logarithm(radius_y) - logarithm(radius_x);

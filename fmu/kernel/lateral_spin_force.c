@@ -115,8 +115,8 @@ static void change_with_lengths(const creep_table *table, const force_element_pa
         at.scales.lateral_relaxation_length = scales.lateral_relaxation_length;
         at.scales.standing_stiffness = scales.standing_stiffness;
         at.scales.initial_slope = scales.initial_slope;
-        memory_place m = memory_at(&near, in, &at, s->creepage[1], s->law.force);
-        memory_rates(&m, rate[i]);
+        memory_place m = memory_at(2, &near, in, &at, s->creepage[1], s->law.force);
+        memory_rates(2, &m, rate[i]);
     }
     double per = log_load / (2.0 * small);
     for (int i = 0; i < MEMORY_STATES; i++) change[i] += per * (rate[0][i] - rate[1][i]);
@@ -124,7 +124,7 @@ static void change_with_lengths(const creep_table *table, const force_element_pa
 
 static memory_place memory_of(const force_element_parameters *there, const force_element_input *in,
                               const lateral_spin_force *s) {
-    return memory_at(there, in, &s->at, s->creepage[1], s->law.force);
+    return memory_at(2, there, in, &s->at, s->creepage[1], s->law.force);
 }
 
 void lateral_spin_force_evaluate(const creep_table *table, const force_element_parameters *p,
@@ -155,11 +155,11 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
     if (!remembers(p)) return;
     memory_place m = memory_of(p, in, &s);
     force_element_output steady = *out;
-    hold_forces(p, in, &m, out);
+    hold_forces(2, p, in, &m, out);
     memory_direction heavier;
     memset(&heavier, 0, sizeof heavier);
     heavier.log_limit = 1.0 / in->normal_load;
-    held_change more = change_of_held(&m, &heavier);
+    held_change more = change_of_held(2, &m, &heavier);
     out->force_by_load = more.acting[0][0] + more.acting[1][0];
     out->force_by_omega = out->force_by_speed = 0.0;
     for (int i = 0; i < 2 + MEMORY_STATES; i++) {
@@ -170,12 +170,13 @@ void lateral_spin_force_evaluate(const creep_table *table, const force_element_p
                                                       &din.outer_lateral};
         memset(&din, 0, sizeof din);
         *state[i] = 1.0;
-        lateral_spin_change d =
-            change_of_forces(p, table->lateral_spin->slip_spread, in, &steady, &s, &din);
+        lateral_spin_change d;
+        memset(&d, 0, sizeof d);
+        if (i < 2) d = change_of_forces(p, table->lateral_spin->slip_spread, in, &steady, &s, &din);
         memory_direction to = memory_direction_of(&s, &m, &d, in, &din);
-        held_change h = change_of_held(&m, &to);
-        memory_change(&m, &to, &h, rate);
-        set_changes_by(i, &h, rate, out);
+        held_change h = change_of_held(2, &m, &to);
+        memory_change(2, &m, i < 2 ? BY_X : FROM_STATES, &to, &h, rate);
+        set_changes_by(2, i, &h, rate, out);
     }
 }
 
@@ -260,8 +261,8 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         if (remembers(p)) {
             memory_place m = memory_of(&there, in, &s);
             memory_direction to = memory_direction_of(&s, &m, &d, in, din);
-            held_change h = change_of_held(&m, &to);
-            memory_change(&m, &to, &h, &dout->held_rate);
+            held_change h = change_of_held(2, &m, &to);
+            memory_change(2, &m, BY_X, &to, &h, &dout->held_rate);
             if (d.log_load != 0.0)
                 change_with_lengths(&any, &there, in, &s, d.log_load, &dout->held_rate);
             dout->creep_force = h.acting[0][0] + h.acting[1][0];

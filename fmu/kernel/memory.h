@@ -127,12 +127,13 @@ enum {
     BY_RATIO,
     BY_K,
     BY_WEAKENING,
+    BY_PACE,
     BY_FORCE,
     BY_UNSLIPPED,
     BY_OUTER,
     BY_SIZE,
-    BY_PACE,
-    MEMORY_ARGUMENTS
+    MEMORY_ARGUMENTS,
+    FROM_STATES = BY_FORCE /* these follow from the states of the memory */
 };
 typedef double memory_gradient[MEMORY_ARGUMENTS];
 
@@ -160,23 +161,26 @@ ALWAYS_INLINE double stiffness_of_zone(double carried, double *slope) {
 }
 
 /* Stiffness b in one direction, the share of the outer zone in it, and their changes by q, c and
- * the strength g. */
+ * the strength g; outer and core are the parts of their strengths that the zones carry. */
 typedef struct {
     double left, share;
     double left_by[3], share_by[3];
 } zone_stiffness;
 
-ALWAYS_INLINE zone_stiffness stiffness_of_zones(double direction, double q, double c, double g) {
-    const double w1 = OUTER_STIFFNESS, w2 = 1.0 - w1, s1 = OUTER_STRENGTH, s2 = 1.0 - s1;
-    double per_outer = direction / (s1 * g), per_core = direction / (s2 * g), slope1, slope2;
-    double outer = c * per_outer, core = (q - c) * per_core;
-    double k1 = w1 * stiffness_of_zone(outer, &slope1), k2 = w2 * stiffness_of_zone(core, &slope2);
+ALWAYS_INLINE zone_stiffness stiffness_of_zones(double direction, double outer, double core,
+                                                double per_g) {
+    const double w1 = OUTER_STIFFNESS, w2 = 1.0 - w1;
+    double slope1, k1 = w1 * stiffness_of_zone(direction * outer, &slope1);
+    double slope2, k2 = w2 * stiffness_of_zone(direction * core, &slope2);
+    double by_outer = w1 * slope1 * direction * per_g, by_core = w2 * slope2 * direction * per_g;
+    double per_outer = by_outer * (1.0 / OUTER_STRENGTH),
+           per_core = by_core * (1.0 / (1.0 - OUTER_STRENGTH));
     zone_stiffness z;
     z.left = larger(k1 + k2, 1e-9);
-    z.share = k1 / z.left;
-    double d1[3] = {0.0, w1 * slope1 * per_outer, -w1 * slope1 * outer / g};
-    double d2[3] = {w2 * slope2 * per_core, -w2 * slope2 * per_core, -w2 * slope2 * core / g};
     double inverse = 1.0 / z.left;
+    z.share = k1 * inverse;
+    double d1[3] = {0.0, per_outer, -by_outer * outer};
+    double d2[3] = {per_core, -per_core, -by_core * core};
     for (int i = 0; i < 3; i++) {
         z.left_by[i] = d1[i] + d2[i];
         z.share_by[i] = (d1[i] - z.share * z.left_by[i]) * inverse;
@@ -236,8 +240,10 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     for (int i = 0; i < MEMORY_ARGUMENTS; i++) g_by[i] = by_top ? 0.0 : flow.strength_by[i];
     g_by[BY_K] = by_top ? h * top_k : strength_k;
     g_by[BY_UNSLIPPED] = by_top ? top - 1.0 : above;
-    zone_stiffness towards = stiffness_of_zones(1.0, q, c, g);
-    zone_stiffness taken = stiffness_of_zones(q <= strength ? 1.0 : -1.0, q, c, g);
+    double per_g = 1.0 / g, outer = c * per_g * (1.0 / OUTER_STRENGTH);
+    double core = (q - c) * per_g * (1.0 / (1.0 - OUTER_STRENGTH));
+    zone_stiffness towards = stiffness_of_zones(1.0, outer, core, per_g);
+    zone_stiffness taken = stiffness_of_zones(q <= strength ? 1.0 : -1.0, outer, core, per_g);
     double stiffness = kappa * towards.left, soft_zones = 1.0 / stiffness;
 
     /* Length of the lag, and its derivatives by m', s, r and b. */
