@@ -530,7 +530,8 @@ ALWAYS_INLINE memory_place memory_at(int parts, const force_element_parameters *
     const memory_flow *f = &m.flow;
     double forward = f->fast * (f->strength - m.along);
     for (int i = 0; i < parts; i++) {
-        double e = m.direction[i], ahead = forward * e, aside = f->turn * (m.along * e - m.q[i]);
+        double e = m.direction[i], ahead = forward * e, aside = 0.0;
+        if (parts > 1) aside = f->turn * (m.along * e - m.q[i]);
         m.force[i] = force[i];
         if (m.weak) ahead = f->fast * (force[i] - m.q[i]), aside = 0.0;
         m.rate[i] = ahead + aside;
@@ -636,10 +637,13 @@ ALWAYS_INLINE void memory_change(int parts, const memory_place *m, int first,
     double gap = f->strength - m->along, along = change[BY_FORCE];
     double dgap = change_along(first, f->strength_by, change) - along;
     for (int i = 0; i < parts; i++) {
-        double e = m->direction[i], ahead = f->fast * gap * e, across = m->along * e - m->q[i];
+        double e = m->direction[i], ahead = f->fast * gap * e, aside = 0.0, daside = 0.0;
         double dahead = (dfast * gap + f->fast * dgap) * e + f->fast * gap * turn[i];
-        double aside = f->turn * across;
-        double daside = dturn * across + f->turn * (along * e + m->along * turn[i] - h->q[i]);
+        if (parts > 1) {
+            double across = m->along * e - m->q[i];
+            aside = f->turn * across;
+            daside = dturn * across + f->turn * (along * e + m->along * turn[i] - h->q[i]);
+        }
         if (m->weak) {
             ahead = f->fast * (m->force[i] - m->q[i]);
             dahead = dfast * (m->force[i] - m->q[i]) + f->fast * (d->force[i] - h->q[i]);

@@ -6,11 +6,15 @@
 #include "hertz.h"
 #include "simd_math.h"
 
-/* Chebyshev's polynomials from T_0 on at -1 <= x <= 1. */
+/* Four or more of Chebyshev's polynomials from T_0 on at -1 <= x <= 1. Those of even and of odd
+ * order do not wait for each other. */
 static void chebyshev(int n, double x, double value[]) {
+    double twice = 4.0 * x * x - 2.0; /* 2 T_2 */
     value[0] = 1.0;
     value[1] = x;
-    for (int i = 2; i < n; i++) value[i] = 2.0 * x * value[i - 1] - value[i - 2];
+    value[2] = 0.5 * twice;
+    value[3] = x * (twice - 1.0);
+    for (int i = 4; i < n; i++) value[i] = twice * value[i - 2] - value[i - 4];
 }
 
 static double held(double a_over_b) { return smaller(larger(a_over_b, MIN_ASPECT), MAX_ASPECT); }
@@ -47,6 +51,7 @@ static const layer_memory LAYER_LINE = {2.0 / 3.0, 4.0 / PI, 2.0 / (PI * PI), 0.
  * limits are exact. */
 static double standing_compliance(const layer_memory *shape, double bodies, double rise,
                                   double layer_ratio) {
+    if (layer_ratio == 0.0) return bodies;
     double layer = larger(layer_ratio / shape->stiffness, 1e-300), edge = shape->edge;
     return bodies + layer * (1.0 + edge * logarithm(1.0 + rise / (edge * layer)));
 }
