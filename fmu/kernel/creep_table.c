@@ -35,7 +35,7 @@ double creep_table_initial_slope(const creep_table *table, double k_hat, double 
             for (int b = 0; b < 4; b++)
                 for (int c = 0; c < 3; c++)
                     sum[c] += by_w[a] * by_k[b] * (double)plane[(size_t)b * row_length + c];
-        layer_place at = layer_place_at(0.0, k_hat, lam);
+        layer_place at = layer_place_at(1, 0.0, k_hat, lam);
         return (2.0 + at_first_node(sum)) * layer_weight(&at);
     }
     if (table->cells_u == 0) return 2.0;
@@ -62,7 +62,7 @@ static const double MAX_NUMBER = 1e9;
 void creep_table_node(const creep_table *shape, double u, double k_hat, double layer_ratio,
                       creep_node *node) {
     if (layer_ratio > 0.0) {
-        layer_place at = layer_place_at(u / (1.0 - u), k_hat, layer_ratio);
+        layer_place at = layer_place_at(1, u / (1.0 - u), k_hat, layer_ratio);
         double x = at.m + at.l + at.y;
         *node = (creep_node){x, layer_base(&at), x * layer_weight(&at)};
         return;

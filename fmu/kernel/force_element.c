@@ -44,7 +44,11 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
     friction_fall fall =
         falling_friction(table, &p, scales, in, size, decay_at(&p, size), softens_with_heat(&p));
     force_state at = begin_force(table, &p, scales, in, &fall, direction_of(slip));
-    add_layer(&p, &at);
+    if (has_layer(&p)) {
+        stiffness_left left;
+        stiffness_of_layers(1, &p.softening, &at.x, &at.scales.layer_ratio, &left);
+        add_layer(&p, left, &at);
+    }
     creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
     if (!remembers(&p)) return;

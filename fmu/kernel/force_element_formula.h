@@ -140,10 +140,8 @@ ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_ha
 }
 
 /* The same with a layer, which scales like x. */
-ALWAYS_INLINE softened_place softened_with_layer(double softening, double x, double k_hat,
+ALWAYS_INLINE softened_place softened_with_layer(stiffness_left rest, double x, double k_hat,
                                                  double layer_ratio) {
-    stiffness_left rest = {1.0, 0.0, 0.0, 0.0};
-    if (softening != 0.0) rest = stiffness_with_layer(softening, fabs(x), layer_ratio);
     double left = rest.value, by_size = rest.by_size;
     softened_place place = {x * left,
                             k_hat * sqrt(left),
@@ -291,10 +289,25 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     return at;
 }
 
+/* Stiffness of n contacts with a layer. */
+ALWAYS_INLINE void stiffness_of_layers(size_t n, const double *softening, const double *x,
+                                       const double *layer_ratio, stiffness_left *left) {
+    static const stiffness_left WHOLE = {1.0, 0.0, 0.0, 0.0};
+    double size[MAX_POINTS];
+    int soft = 0;
+    for (size_t i = 0; i < n; i++) {
+        size[i] = fabs(x[i]);
+        left[i] = WHOLE;
+        soft |= softening[i] != 0.0;
+    }
+    if (soft) stiffness_with_layer(n, softening, size, layer_ratio, left);
+}
+
 /* Put the layer into a state, if there is one. */
-ALWAYS_INLINE void add_layer(const force_element_parameters *p, force_state *at) {
-    if (!has_layer(p)) return;
-    at->place = softened_with_layer(p->softening, at->x, at->k_hat, at->scales.layer_ratio);
+ALWAYS_INLINE void add_layer(const force_element_parameters *p, stiffness_left left,
+                             force_state *at) {
+    if (has_layer(p))
+        at->place = softened_with_layer(left, at->x, at->k_hat, at->scales.layer_ratio);
 }
 
 /* Outputs that follow from the forces, be they the steady ones, those of a contact with memory or

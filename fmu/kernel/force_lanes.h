@@ -32,11 +32,18 @@ ALWAYS_INLINE void begin_lane(force_lanes *f, int l, const creep_table *table,
 /* Set the values of the table, with the layer of contacts that have one. */
 ALWAYS_INLINE void evaluate_lanes(force_lanes *f, const creep_table *table, lanes *parameters,
                                   int layered, int derivatives) {
-    for (int l = 0; layered && l < LANES; l++) {
-        TAKE(force_element_parameters, p, parameters);
-        TAKE(force_state, at, f->state);
-        add_layer(&p, &at);
-        put_force_state(f, l, &at);
+    if (layered) {
+        stiffness_left left[LANES];
+        lanes *scales = f->state + PLACE(force_state, scales);
+        stiffness_of_layers(LANES, parameters[PLACE(force_element_parameters, softening)],
+                            f->state[PLACE(force_state, x)],
+                            scales[PLACE(contact_scales, layer_ratio)], left);
+        EACH_LANE (l) {
+            TAKE(force_element_parameters, p, parameters);
+            TAKE(force_state, at, f->state);
+            add_layer(&p, left[l], &at);
+            put_force_state(f, l, &at);
+        }
     }
     if (derivatives)
         evaluate_points(table, LANES, f->x, f->k_hat, f->layer, f->ratio, f->slope, f->log_k,

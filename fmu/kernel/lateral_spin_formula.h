@@ -175,7 +175,9 @@ ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *sh
     at.stiffness = 1.0 + at.share * (shape->stiffness_ratio - 1.0);
     at.layer = at.left_by_log_layer = 0.0;
     if (layer > 0.0) {
-        stiffness_left rest = stiffness_with_layer(softening, at.size, layer * at.stiffness);
+        stiffness_left rest;
+        double there = layer * at.stiffness;
+        stiffness_with_layer(1, &softening, &at.size, &there, &rest);
         at.left = rest.value;
         at.left_by_size = rest.by_size;
         at.left_by_log_layer = rest.by_log_layer;

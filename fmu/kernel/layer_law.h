@@ -3,9 +3,12 @@
 #define LAYER_LAW_H
 
 #include <math.h>
+#include <stddef.h>
 
 #include "line_law.h"
 #include "simd_math.h"
+
+enum { MAX_POINTS = 32 }; /* that are evaluated together */
 
 static const double LAYER_MIDDLE = 0.6;               /* g where w is one half */
 static const double MIN_LAYER = 1e-12;                /* a smaller lam counts as no layer */
@@ -22,8 +25,8 @@ typedef struct {
     double by_t;    /* dx/d(ln t) */
 } layer_place;
 
-/* With a k_hat of 0 that the compiler knows, what follows from it takes no time. */
-ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
+/* The same of bodies that weaken; else k_hat must be 0, and what follows from it takes no time. */
+ALWAYS_INLINE layer_place layer_place_at(int weakens, double t, double k_hat, double lam) {
     layer_place at;
     at.t = t;
     at.k_hat = k_hat;
@@ -35,7 +38,7 @@ ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
     at.a = 1.5707963267948966 * lam;
     at.l = lam * (t * t);
     at.by_t = 4.0 * at.m * at.s + 2.0 * at.l;
-    if (k_hat == 0.0) return at;
+    if (!weakens) return at;
     double square = 1.0 + at.a * (1.0 + p);
     at.r = sqrt(square);
     at.y = k_hat * (t * at.r);
@@ -44,33 +47,52 @@ ALWAYS_INLINE layer_place layer_place_at(double t, double k_hat, double lam) {
     return at;
 }
 
-/* Solve x = m + l + y for 1e-280 <= x <= 1e60 by Halley's method inside a bracket. It starts from
- * the law without a layer, whose k_hat is (l + y)/t at a bound of t. */
-ALWAYS_INLINE layer_place solve_layer_place(double x, double k_hat, double lam) {
-    double high = sqrt(x / lam), low = 0.0, a = 1.5707963267948966 * lam;
-    if (k_hat > 0.0) {
-        high = smaller(high, x / (k_hat * sqrt(1.0 + a)));
-        high = smaller(high, cube_root(x / (k_hat * sqrt(a))));
+/* Solve x = m + l + y for n points with 1e-280 <= x <= 1e60 by Halley's method inside a bracket. It
+ * starts from the law without a layer, whose k_hat is (l + y)/t at a bound of t. No k_hat (NULL)
+ * means 0. A point that is solved waits for the others. */
+ALWAYS_INLINE void solve_layer_places(size_t n, const double *x, const double *k_hat,
+                                      const double *lam, double *t) {
+    double low[MAX_POINTS], high[MAX_POINTS], open[MAX_POINTS];
+    const int weakens = k_hat != NULL;
+    for (size_t i = 0; i < n; i++) {
+        double top = sqrt(x[i] / lam[i]), k = weakens ? k_hat[i] : 0.0;
+        double a = 1.5707963267948966 * lam[i];
+        if (weakens) {
+            top = smaller(top, x[i] / (k * sqrt(1.0 + a)));
+            top = smaller(top, cube_root(x[i] / (k * sqrt(a))));
+        }
+        top *= 1.001; /* more than its rounding */
+        layer_place at = layer_place_at(weakens, top, k, lam[i]);
+        t[i] = smaller(top, coordinate_start(x[i], (at.l + at.y) / top));
+        low[i] = 0.0;
+        high[i] = top;
+        open[i] = 1.0;
     }
-    high *= 1.001; /* more than its rounding */
-    layer_place at = layer_place_at(high, k_hat, lam);
-    double t = smaller(high, coordinate_start(x, (at.l + at.y) / high));
-    for (int i = 0; i < 100; i++) {
-        at = layer_place_at(t, k_hat, lam);
-        double near = (at.m - x) + (at.l + at.y), far = ((at.l + at.y) - (x - 1.0)) - at.s;
-        double off = t < 1.0 ? near : far, inverse = 1.0 / at.by_t, more = 1.0 + at.stretch;
-        double bend = 16.0 * at.m * at.s * (at.s - at.m) + 4.0 * at.l; /* d2x/d(ln t)2 */
-        bend += at.y * (more * more + at.stretch * (4.0 - 2.0 * at.stretch));
-        double newton = off * inverse;
-        double next = t - t * (newton / (1.0 - 0.5 * newton * (bend * inverse - 1.0)));
-        if (off > 0.0) high = t;
-        else low = t;
-        if (!(next >= low && next <= high)) next = low > 0.0 ? sqrt(low * high) : 0.25 * high;
-        int done = fabs(next - t) <= 1e-5 * t; /* the next error is the cube of this step */
-        t = next;
-        if (done) break;
+    int busy = 1;
+    for (int step = 0; step < 100 && busy; step++) {
+        busy = 0;
+        for (size_t i = 0; i < n; i++) {
+            double now = t[i], least = low[i], most = high[i], left = open[i];
+            layer_place at = layer_place_at(weakens, now, weakens ? k_hat[i] : 0.0, lam[i]);
+            double near = (at.m - x[i]) + (at.l + at.y);
+            double far = ((at.l + at.y) - (x[i] - 1.0)) - at.s, off = now < 1.0 ? near : far;
+            double inverse = 1.0 / at.by_t, more = 1.0 + at.stretch;
+            double bend = 16.0 * at.m * at.s * (at.s - at.m) + 4.0 * at.l; /* d2x/d(ln t)2 */
+            bend += at.y * (more * more + at.stretch * (4.0 - 2.0 * at.stretch));
+            double newton = off * inverse;
+            double next = now - now * (newton / (1.0 - 0.5 * newton * (bend * inverse - 1.0)));
+            most = off > 0.0 ? now : most;
+            least = off > 0.0 ? least : now;
+            double middle = least > 0.0 ? sqrt(least * most) : 0.25 * most;
+            next = ((next >= least) & (next <= most)) ? next : middle;
+            low[i] = least;
+            high[i] = most;
+            t[i] = left > 0.0 ? next : now;
+            left = fabs(next - now) <= 1e-5 * now ? 0.0 : left; /* the next error is its cube */
+            open[i] = left;
+            busy |= left > 0.0;
+        }
     }
-    return layer_place_at(t, k_hat, lam);
 }
 
 /* q without H. sqrt(m) is t^2 sqrt(s) where t^4 is below any number, too. */

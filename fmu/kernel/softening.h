@@ -29,11 +29,10 @@ typedef struct {
  * of the range: x = m + lam v with m = e v^2/(1 + v^2). In full stick on springs traction falls
  * linearly from the trailing edge, half way between that of Carter and that of full slip. So a
  * layer takes half of the softening, whatever slips. */
-ALWAYS_INLINE stiffness_left stiffness_with_layer(double softening, double size, double lam) {
+ALWAYS_INLINE stiffness_left stiffness_at(double softening, double layer_ratio, double t) {
     const double middle = 0.14; /* layer that does half of that; fitted to half-spaces */
-    lam = smaller(lam, MAX_LAYER);
-    double end = 1.0 / (1.0 - softening);
-    layer_place at = solve_layer_place(larger(size, 1e-280) / end, 0.0, lam / end);
+    double end = 1.0 / (1.0 - softening), lam = smaller(layer_ratio, MAX_LAYER);
+    layer_place at = layer_place_at(0, t, 0.0, lam / end);
     double per = 4.0 * at.m * at.s / at.by_t; /* dm/dx */
     double rest = 1.0 / (lam + middle), share = 0.5 * lam * rest, slips = end * at.m;
     double counted = share + (1.0 - share) * slips, by_slips = -softening * (1.0 - share);
@@ -42,6 +41,19 @@ ALWAYS_INLINE stiffness_left stiffness_with_layer(double softening, double size,
                            by_share - by_slips * (end * at.l * per),
                            by_slips * (end * end * at.m * (1.0 - per)) - counted};
     return left;
+}
+
+/* The same of n points. */
+ALWAYS_INLINE void stiffness_with_layer(size_t n, const double *softening, const double *size,
+                                        const double *layer_ratio, stiffness_left *left) {
+    double x[MAX_POINTS], lam[MAX_POINTS], t[MAX_POINTS];
+    for (size_t i = 0; i < n; i++) {
+        double end = 1.0 / (1.0 - softening[i]);
+        x[i] = larger(size[i], 1e-280) / end;
+        lam[i] = smaller(layer_ratio[i], MAX_LAYER) / end;
+    }
+    solve_layer_places(n, x, NULL, lam, t);
+    for (size_t i = 0; i < n; i++) left[i] = stiffness_at(softening[i], layer_ratio[i], t[i]);
 }
 
 #endif

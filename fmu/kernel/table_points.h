@@ -11,7 +11,7 @@
 #include "layer_law.h"
 #include "line_law.h"
 
-enum { MAX_POINTS = 32, CORNER = 7 };
+enum { CORNER = 7 };
 
 static const double MIN_CREEPAGE = 1e-280; /* below it the law is linear to the last digit */
 
@@ -243,58 +243,92 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
     }
 }
 
+/* Cells of points with a layer, and the spline's weights along u, sqrt(k_hat) and w. */
+typedef struct {
+    double weight[3][4][MAX_POINTS], slope[3][4][MAX_POINTS];
+    uint32_t first[MAX_POINTS]; /* index of the first coefficient */
+} layer_cell;
+
+/* Cell along one direction, with its weights. */
+ALWAYS_INLINE uint32_t find_layer_cell(double position, uint32_t cells, int direction, size_t i,
+                                       layer_cell *cell) {
+    double weight[4], slope[4];
+    int32_t at = (int32_t)smaller(position, (double)cells - 1.0);
+    basis(position - (double)at, weight, slope);
+    for (int j = 0; j < 4; j++) {
+        cell->weight[direction][j][i] = weight[j];
+        cell->slope[direction][j][i] = slope[j];
+    }
+    return (uint32_t)at;
+}
+
+/* Sums of a point over w and sqrt(k_hat), and their derivatives by sqrt(k_hat) and w, for each of 4
+ * neighbours along u. */
+ALWAYS_INLINE void add_layer_rows(const float *plane, size_t plane_length, size_t row_length,
+                                  const layer_cell *cell, size_t i, double sum[3][4]) {
+    double s[3][4] = {{0.0}};
+    for (size_t a = 0; a < 4; a++)
+        for (size_t b = 0; b < 4; b++) {
+            const float *from = plane + a * plane_length + b * row_length;
+            double w = cell->weight[2][a][i], k = cell->weight[1][b][i];
+            double both = w * k, by_k = w * cell->slope[1][b][i], by_w = cell->slope[2][a][i] * k;
+            for (int c = 0; c < 4; c++) {
+                double number = (double)from[c];
+                s[0][c] += both * number;
+                s[1][c] += by_k * number;
+                s[2][c] += by_w * number;
+            }
+        }
+    memcpy(sum, s, sizeof s);
+}
+
 /* Replace what the law is without a layer at the points that have one. */
 ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *x,
                               const double *k_hat, const double *layer, double *ratio,
                               double *slope, double *log_k, double *log_layer) {
     size_t row_length = (size_t)table->layer_u + 3;
     size_t plane_length = row_length * ((size_t)table->layer_k + 3);
-    double scale_k = table->layer_k / sqrt(table->k_max);
+    double scale_k = table->layer_k / sqrt(table->k_max), cells_u = (double)table->layer_u;
+    double held[MAX_POINTS], lam[MAX_POINTS], t[MAX_POINTS], sum[MAX_POINTS][3][4];
+    layer_cell cell;
+    for (size_t i = 0; i < n; i++) { /* a point without a layer has a thin one */
+        held[i] = smaller(larger(fabs(x[i]), MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
+        lam[i] = smaller(larger(layer[i], MIN_LAYER), MAX_LAYER);
+    }
+    solve_layer_places(n, held, k_hat, lam, t);
     for (size_t i = 0; i < n; i++) {
-        if (!(layer[i] >= MIN_LAYER)) continue;
-        double size = fabs(x[i]), held = smaller(larger(size, MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
-        double part = size < MIN_CREEPAGE ? size * (1.0 / MIN_CREEPAGE) : 1.0;
-        double lam = smaller(layer[i], MAX_LAYER), g = sqrt(sqrt(lam));
-        layer_place at = solve_layer_place(held, k_hat[i], lam);
-        double fraction, along[3][4], by[3][4], root_k = sqrt(k_hat[i]);
-        double u = at.t / (1.0 + at.t), w = g / (LAYER_MIDDLE + g);
-        const float *plane = table->layer_coefficients;
-        plane += plane_length * locate(w * table->layer_w, table->layer_w, &fraction);
-        basis(fraction, along[2], by[2]);
-        plane += row_length * locate(root_k * scale_k, table->layer_k, &fraction);
-        basis(fraction, along[1], by[1]);
-        plane += locate(u * table->layer_u, table->layer_u, &fraction);
-        basis(fraction, along[0], by[0]);
-        double sum[3][4] = {{0.0}}; /* over w and sqrt(k_hat), and their derivatives */
-        for (int a = 0; a < 4; a++)
-            for (int b = 0; b < 4; b++) {
-                const float *from = plane + (size_t)a * plane_length + (size_t)b * row_length;
-                double both = along[2][a] * along[1][b], by_k = along[2][a] * by[1][b];
-                double by_w = by[2][a] * along[1][b];
-                for (int c = 0; c < 4; c++) {
-                    double number = (double)from[c];
-                    sum[0][c] += both * number;
-                    sum[1][c] += by_k * number;
-                    sum[2][c] += by_w * number;
-                }
-            }
+        double g = sqrt(sqrt(lam[i])), w = g / (LAYER_MIDDLE + g), u = t[i] / (1.0 + t[i]);
+        uint32_t plane = find_layer_cell(w * table->layer_w, table->layer_w, 2, i, &cell);
+        uint32_t row = find_layer_cell(sqrt(k_hat[i]) * scale_k, table->layer_k, 1, i, &cell);
+        cell.first[i] = plane * (uint32_t)plane_length + row * (uint32_t)row_length +
+                        find_layer_cell(u * cells_u, table->layer_u, 0, i, &cell);
+    }
+    NOT_VECTORIZED for (size_t i = 0; i < n; i++) add_layer_rows(
+        table->layer_coefficients + cell.first[i], plane_length, row_length, &cell, i, sum[i]);
+    for (size_t i = 0; i < n; i++) {
+        layer_place at = layer_place_at(1, t[i], k_hat[i], lam[i]);
         double h[4] = {0.0}; /* H and its derivatives by ln t, ln(k_hat), ln(lam) */
         for (int c = 0; c < 4; c++) {
-            h[0] += along[0][c] * sum[0][c];
-            h[1] += by[0][c] * sum[0][c];
-            h[2] += along[0][c] * sum[1][c];
-            h[3] += along[0][c] * sum[2][c];
+            double along = cell.weight[0][c][i];
+            h[0] += along * sum[i][0][c];
+            h[1] += cell.slope[0][c][i] * sum[i][0][c];
+            h[2] += along * sum[i][1][c];
+            h[3] += along * sum[i][2][c];
         }
-        h[1] *= table->layer_u * u * (1.0 - u);
-        h[2] *= 0.5 * root_k * scale_k;
+        double g = sqrt(sqrt(lam[i])), w = g / (LAYER_MIDDLE + g), u = t[i] / (1.0 + t[i]);
+        h[1] *= cells_u * u * (1.0 - u);
+        h[2] *= 0.5 * sqrt(k_hat[i]) * scale_k;
         h[3] *= 0.25 * w * (1.0 - w) * table->layer_w;
-        layer_value q = layer_law(&at, held, h);
-        part = copysign(part, x[i]);
-        ratio[i] = part * q.ratio;
-        if (slope != NULL) slope[i] = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
+        layer_value q = layer_law(&at, held[i], h);
+        double size = fabs(x[i]), tiny = size * (1.0 / MIN_CREEPAGE);
+        double part = copysign(size < MIN_CREEPAGE ? tiny : 1.0, x[i]);
+        int has_layer = layer[i] >= MIN_LAYER;
+        double flat = size > MAX_LAYER_CREEPAGE ? 0.0 : q.slope;
+        ratio[i] = has_layer ? part * q.ratio : ratio[i];
+        if (slope != NULL) slope[i] = has_layer ? flat : slope[i];
         if (log_k == NULL) continue;
-        log_k[i] = part * q.log_k;
-        log_layer[i] = part * q.log_layer;
+        log_k[i] = has_layer ? part * q.log_k : log_k[i];
+        log_layer[i] = has_layer ? part * q.log_layer : log_layer[i];
     }
 }
 
