@@ -246,6 +246,7 @@ ALWAYS_INLINE void evaluate_without_layer(const creep_table *table, size_t n, co
 /* Cells of points with a layer, and the spline's weights along u, sqrt(k_hat) and w. */
 typedef struct {
     double weight[3][4][MAX_POINTS], slope[3][4][MAX_POINTS];
+    double u[MAX_POINTS], root_k[MAX_POINTS], w[MAX_POINTS];
     uint32_t first[MAX_POINTS]; /* index of the first coefficient */
 } layer_cell;
 
@@ -265,7 +266,7 @@ ALWAYS_INLINE uint32_t find_layer_cell(double position, uint32_t cells, int dire
 /* Sums of a point over w and sqrt(k_hat), and their derivatives by sqrt(k_hat) and w, for each of 4
  * neighbours along u. */
 ALWAYS_INLINE void add_layer_rows(const float *plane, size_t plane_length, size_t row_length,
-                                  const layer_cell *cell, size_t i, double sum[3][4]) {
+                                  const layer_cell *cell, size_t i, double sum[3][4][MAX_POINTS]) {
     double s[3][4] = {{0.0}};
     for (size_t a = 0; a < 4; a++)
         for (size_t b = 0; b < 4; b++) {
@@ -279,7 +280,8 @@ ALWAYS_INLINE void add_layer_rows(const float *plane, size_t plane_length, size_
                 s[2][c] += by_w * number;
             }
         }
-    memcpy(sum, s, sizeof s);
+    for (int m = 0; m < 3; m++)
+        for (int c = 0; c < 4; c++) sum[m][c][i] = s[m][c];
 }
 
 /* Replace what the law is without a layer at the points that have one. */
@@ -289,7 +291,7 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
     size_t row_length = (size_t)table->layer_u + 3;
     size_t plane_length = row_length * ((size_t)table->layer_k + 3);
     double scale_k = table->layer_k / sqrt(table->k_max), cells_u = (double)table->layer_u;
-    double held[MAX_POINTS], lam[MAX_POINTS], t[MAX_POINTS], sum[MAX_POINTS][3][4];
+    double held[MAX_POINTS], lam[MAX_POINTS], t[MAX_POINTS], sum[3][4][MAX_POINTS];
     layer_cell cell;
     for (size_t i = 0; i < n; i++) { /* a point without a layer has a thin one */
         held[i] = smaller(larger(fabs(x[i]), MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
@@ -298,26 +300,30 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
     solve_layer_places(n, held, k_hat, lam, t);
     for (size_t i = 0; i < n; i++) {
         double g = sqrt(sqrt(lam[i])), w = g / (LAYER_MIDDLE + g), u = t[i] / (1.0 + t[i]);
+        double root_k = sqrt(k_hat[i]);
+        cell.u[i] = u;
+        cell.root_k[i] = root_k;
+        cell.w[i] = w;
         uint32_t plane = find_layer_cell(w * table->layer_w, table->layer_w, 2, i, &cell);
-        uint32_t row = find_layer_cell(sqrt(k_hat[i]) * scale_k, table->layer_k, 1, i, &cell);
+        uint32_t row = find_layer_cell(root_k * scale_k, table->layer_k, 1, i, &cell);
         cell.first[i] = plane * (uint32_t)plane_length + row * (uint32_t)row_length +
                         find_layer_cell(u * cells_u, table->layer_u, 0, i, &cell);
     }
     NOT_VECTORIZED for (size_t i = 0; i < n; i++) add_layer_rows(
-        table->layer_coefficients + cell.first[i], plane_length, row_length, &cell, i, sum[i]);
+        table->layer_coefficients + cell.first[i], plane_length, row_length, &cell, i, sum);
     for (size_t i = 0; i < n; i++) {
         layer_place at = layer_place_at(1, t[i], k_hat[i], lam[i]);
         double h[4] = {0.0}; /* H and its derivatives by ln t, ln(k_hat), ln(lam) */
         for (int c = 0; c < 4; c++) {
             double along = cell.weight[0][c][i];
-            h[0] += along * sum[i][0][c];
-            h[1] += cell.slope[0][c][i] * sum[i][0][c];
-            h[2] += along * sum[i][1][c];
-            h[3] += along * sum[i][2][c];
+            h[0] += along * sum[0][c][i];
+            h[1] += cell.slope[0][c][i] * sum[0][c][i];
+            h[2] += along * sum[1][c][i];
+            h[3] += along * sum[2][c][i];
         }
-        double g = sqrt(sqrt(lam[i])), w = g / (LAYER_MIDDLE + g), u = t[i] / (1.0 + t[i]);
+        double u = cell.u[i], w = cell.w[i];
         h[1] *= cells_u * u * (1.0 - u);
-        h[2] *= 0.5 * sqrt(k_hat[i]) * scale_k;
+        h[2] *= 0.5 * cell.root_k[i] * scale_k;
         h[3] *= 0.25 * w * (1.0 - w) * table->layer_w;
         layer_value q = layer_law(&at, held[i], h);
         double size = fabs(x[i]), tiny = size * (1.0 / MIN_CREEPAGE);
