@@ -21,7 +21,7 @@ static inline void contacts_begin(contacts *c, const creep_table *table,
     c->table = table;
     c->remembering = remembers(given);
     c->thermal = softens_with_heat(given);
-    c->layered = has_layer(given);
+    c->layered = 0;
     for (int l = 0; l < LANES; l++) c->given[l] = NULL;
 }
 
@@ -32,6 +32,7 @@ ALWAYS_INLINE void contacts_put(contacts *c, int l, const force_element_paramete
     put(c->there, l, FIELDS(force_element_parameters), (const double *)there);
     put(c->scales, l, FIELDS(contact_scales), (const double *)scales);
     c->given[l] = given;
+    c->layered |= has_layer(given);
 }
 
 /* Load a contact and its input into a lane. */

@@ -1,9 +1,16 @@
 /* Evaluating many contacts and stepping many wheelsets, LANES at a time. */
 #include "contact_lanes.h"
+#include "lateral_spin_element.h"
 #include "simd_dispatch.h"
 #include "wheel_motion.h"
 
-/* Up to LANES contacts. */
+/* Contacts that wait to be evaluated together: along rolling, and with lateral slip or spin. */
+typedef struct {
+    size_t n[2];
+    force_task task[2][LANES];
+} waiting;
+
+/* Up to LANES contacts along rolling. */
 static void evaluate_few(contacts *c, const force_task *tasks, size_t n) {
     for (size_t l = 0; l < LANES; l++) /* a lane without a contact repeats the first */
         contacts_load(c, (int)l, tasks[l < n ? l : 0].parameters, tasks[l < n ? l : 0].input);
@@ -12,12 +19,58 @@ static void evaluate_few(contacts *c, const force_task *tasks, size_t n) {
         take(c->out, (int)l, FIELDS(force_element_output), (double *)tasks[l].output);
 }
 
+/* Up to LANES contacts with lateral slip or spin. */
+static void evaluate_lateral(const creep_table *table, const force_task *tasks, size_t n) {
+    force_element_parameters there[LANES];
+    lateral_spin_force s[LANES];
+    double place[LANES], k_hat[LANES], layer[LANES];
+    double q[LANES], slope[LANES], by_log_k[LANES], by_log_layer[LANES];
+    for (size_t i = 0; i < n; i++) {
+        there[i] = force_element_at_load(tasks[i].parameters, tasks[i].input->normal_load);
+        lateral_spin_element_begin(table, &there[i], tasks[i].input, &s[i]);
+        place[i] = s[i].start.place;
+        k_hat[i] = s[i].start.k_hat;
+        layer[i] = s[i].start.layer;
+    }
+    evaluate_points(table, n, place, k_hat, layer, q, slope, by_log_k, by_log_layer);
+    for (size_t i = 0; i < n; i++) {
+        creep_value of_table = {q[i], slope[i], by_log_k[i], by_log_layer[i]};
+        lateral_spin_element_finish(table, &there[i], tasks[i].input, of_table, &s[i],
+                                    tasks[i].output);
+    }
+}
+
+/* Evaluate the contacts that wait. */
+static void evaluate_waiting(contacts *c, waiting *w, int lateral) {
+    size_t n = w->n[lateral];
+    const force_task *tasks = w->task[lateral];
+    if (n <= PAIR) {
+        for (size_t i = 0; i < n; i++)
+            force_element_evaluate(c->table, tasks[i].parameters, tasks[i].input, tasks[i].output);
+    } else if (lateral) evaluate_lateral(c->table, tasks, n);
+    else evaluate_few(c, tasks, n);
+    w->n[lateral] = 0;
+}
+
+/* Let a contact wait, and evaluate as many as fit. */
+static void wait_or_evaluate(contacts *c, waiting *w, const force_task *task) {
+    const force_element_input *in = task->input;
+    int lateral = has_lateral_or_spin(c->table, in);
+    if (!can_grip(task->parameters, in) || (holds_lateral(in) && !lateral)) {
+        force_element_evaluate(c->table, task->parameters, in, task->output);
+        return;
+    }
+    w->task[lateral][w->n[lateral]++] = *task;
+    if (w->n[lateral] == LANES) evaluate_waiting(c, w, lateral);
+}
+
 void WIDE(force_element_evaluate_each)(const creep_table *table, const force_task *tasks,
                                        size_t n) {
     contacts c;
+    waiting w = {{0, 0}, {{{NULL, NULL, NULL}}}};
     contacts_begin(&c, table, tasks[0].parameters);
-    for (size_t i = 0; i < n; i += LANES)
-        evaluate_few(&c, &tasks[i], n - i < LANES ? n - i : LANES);
+    for (size_t i = 0; i < n; i++) wait_or_evaluate(&c, &w, &tasks[i]);
+    for (int lateral = 0; lateral < 2; lateral++) evaluate_waiting(&c, &w, lateral);
 }
 
 void WIDE(force_element_evaluate_many)(const creep_table *table,
@@ -25,14 +78,13 @@ void WIDE(force_element_evaluate_many)(const creep_table *table,
                                        const force_element_input *input,
                                        force_element_output *output) {
     contacts c;
+    waiting w = {{0, 0}, {{{NULL, NULL, NULL}}}};
     contacts_begin(&c, table, parameters);
-    for (size_t first = 0; first < n; first += LANES) {
-        size_t count = n - first < LANES ? n - first : LANES;
-        force_task tasks[LANES];
-        for (size_t i = 0; i < count; i++)
-            tasks[i] = (force_task){parameters, &input[first + i], &output[first + i]};
-        evaluate_few(&c, tasks, count);
+    for (size_t i = 0; i < n; i++) {
+        force_task task = {parameters, &input[i], &output[i]};
+        wait_or_evaluate(&c, &w, &task);
     }
+    for (int lateral = 0; lateral < 2; lateral++) evaluate_waiting(&c, &w, lateral);
 }
 
 void WIDE(force_element_forces)(const creep_table *table,
