@@ -58,6 +58,9 @@ static inline void contacts_load(contacts *c, int l, const force_element_paramet
  * equations of motion need, or all. */
 enum { ONLY_FORCE, MOTION, ALL };
 
+/* Without memory the derivatives of its rates, which are the last outputs, are 0 and not set. */
+enum { NO_MEMORY_FIELDS = PLACE(force_element_output, force_by_memory) };
+
 ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, int which) {
     force_lanes f;
     EACH_LANE (l) {
@@ -85,7 +88,8 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         finish_force(c->table, &p, &in, &at, q, &out);
         if (remembering) memory_action(1, &p, &in, &at, which != ONLY_FORCE, which == ALL, &out);
         if (which == ALL) {
-            put(c->out, l, FIELDS(force_element_output), (const double *)&out);
+            put(c->out, l, remembering ? FIELDS(force_element_output) : NO_MEMORY_FIELDS,
+                (const double *)&out);
             continue;
         }
         STORE(creep_force);

@@ -15,8 +15,16 @@ static void evaluate_few(contacts *c, const force_task *tasks, size_t n) {
     for (size_t l = 0; l < LANES; l++) /* a lane without a contact repeats the first */
         contacts_load(c, (int)l, tasks[l < n ? l : 0].parameters, tasks[l < n ? l : 0].input);
     contacts_evaluate_all(c);
-    for (size_t l = 0; l < n; l++)
-        take(c->out, (int)l, FIELDS(force_element_output), (double *)tasks[l].output);
+    for (size_t l = 0; l < n; l++) {
+        double *out = (double *)tasks[l].output;
+        if (c->remembering) {
+            take(c->out, (int)l, FIELDS(force_element_output), out);
+            continue;
+        }
+        take(c->out, (int)l, NO_MEMORY_FIELDS, out);
+        memset(out + NO_MEMORY_FIELDS, 0,
+               (FIELDS(force_element_output) - NO_MEMORY_FIELDS) * sizeof(double));
+    }
 }
 
 /* Up to LANES contacts with lateral slip or spin. */
