@@ -5,10 +5,11 @@
 #include "force_lanes.h"
 #include "lateral_spin_force.h"
 
-/* Contacts with the same table and the same kinds of friction and memory. */
+/* Contacts with the same table, with or without memory. */
 typedef struct {
     const creep_table *table;
-    int remembering, thermal, layered;
+    int remembering;
+    int thermal, layered; /* 1 if friction softens, or there is a layer, in any lane */
     const force_element_parameters *given[LANES];
     int alone[LANES]; /* 1 without load or friction, or with lateral slip or spin */
     lanes there[FIELDS(force_element_parameters)]; /* at each one's load */
@@ -20,8 +21,7 @@ static inline void contacts_begin(contacts *c, const creep_table *table,
                                   const force_element_parameters *given) {
     c->table = table;
     c->remembering = remembers(given);
-    c->thermal = softens_with_heat(given);
-    c->layered = 0;
+    c->thermal = c->layered = 0;
     for (int l = 0; l < LANES; l++) c->given[l] = NULL;
 }
 
@@ -32,6 +32,7 @@ ALWAYS_INLINE void contacts_put(contacts *c, int l, const force_element_paramete
     put(c->there, l, FIELDS(force_element_parameters), (const double *)there);
     put(c->scales, l, FIELDS(contact_scales), (const double *)scales);
     c->given[l] = given;
+    c->thermal |= softens_with_heat(given);
     c->layered |= has_layer(given);
 }
 

@@ -168,7 +168,7 @@ typedef struct {
     force_element_output *output;
 } force_task;
 
-/* The same for contacts with the same table and kinds of friction and memory. */
+/* The same for contacts with the same table, which all have memory or none. */
 CONTACTLIB_API void force_element_evaluate_each(const creep_table *table, const force_task *tasks,
                                                 size_t n);
 

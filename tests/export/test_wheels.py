@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from fmpy.validation import validate_fmu
 from fmu_instance import EXPORTS, Instance, Wheels
 
 import contactlib as cl
+from contactlib.kernel.library import ffi, library, pointer, struct_dtype
 
 WHEELS = 8
 # From the start of the run; each wheel has its own load, velocities and friction.
@@ -73,6 +75,38 @@ def test_wheels_have_the_bits_of_single_ones(pair: tuple[Path, Path]) -> None:
             assert together.get(name) == expected, (name, k)
     if states:
         assert len({*together.get(states[0])}) == WHEELS
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("layer_compliance", 1e-13), ("softening_temperature", 500.0)]
+)
+@pytest.mark.parametrize("memory", [False, True])
+def test_a_wheel_may_be_the_only_one_of_its_kind(
+    locomotive: cl.Model, name: str, value: float, memory: bool
+) -> None:
+    element = replace(locomotive.wheelset.element, memory=memory)
+    contact, parameters = element.rolling_native.structs
+    members = [field for field, _ in ffi.typeof("force_element_parameters").fields]
+    inputs = np.zeros(WHEELS, struct_dtype("force_element_input"))
+    inputs["speed"], inputs["omega"] = 10.0, 22.0
+    inputs["normal_load"], inputs["friction_scale"] = 9e4, 1.0
+    for only in (1, WHEELS - 1):
+        each = []
+        for wheel in range(WHEELS):
+            given = {field: getattr(parameters, field) for field in members}
+            given["thermal_effusivity"] = 1.2e4
+            given |= {name: value} if wheel == only else {}
+            each.append(ffi.new("force_element_parameters *", given))
+        together, single = (np.zeros(WHEELS, struct_dtype("force_element_output")) for _ in "12")
+        at = [pointer(inputs[i:], "force_element_input") for i in range(WHEELS)]
+        to = [pointer(together[i:], "force_element_output") for i in range(WHEELS)]
+        tasks = ffi.new("force_task[]", list(zip(each, at, to, strict=True)))
+        library().force_element_evaluate_each(contact, tasks, WHEELS)
+        for i in range(WHEELS):
+            room = pointer(single[i:], "force_element_output")
+            library().force_element_evaluate(contact, each[i], at[i], room)
+        np.testing.assert_array_equal(together, single)
+        assert single["steady_force"][only] != single["steady_force"][0]
 
 
 def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:

@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike
 import contactlib as cl
 from contactlib import CarterGriffith, CreepForceTable
 from contactlib.base.quantities import FloatArray
+from contactlib.kernel.library import ffi, library
+from contactlib.kernel.tables import NativeTable, shipped_path
 from contactlib.laws import ConvergenceError
 from contactlib.table.building import GRIDS
 
@@ -48,6 +50,17 @@ def test_zero_k_hat_never_falls(table: CreepForceTable) -> None:
     x = np.union1d(np.geomspace(1e-9, 1e6, 5000), [1.0])
     assert (table.slope(x, 0.0) >= 0.0).all()
     assert (table.slope(x[x >= 1.0], 0.0) == 0.0).all()
+
+
+@pytest.mark.parametrize("shape", ["line", "elliptic"])
+def test_initial_slope_is_that_of_the_smallest_creepage(shape: str) -> None:
+    table = NativeTable(shipped_path(shape).read_bytes())
+    value = ffi.new("creep_value *")
+    for k_hat in (0.0, 1e-8, 0.01, 0.3, table.struct.k_max):
+        for layer_ratio in (0.0, 1e-11, 1e-3, 0.5, 10.0, 1e5):
+            library().creep_table_evaluate(table.struct, 1e-290, k_hat, layer_ratio, value)
+            slope = library().creep_table_initial_slope(table.struct, k_hat, layer_ratio)
+            assert slope == pytest.approx(value.slope, rel=1e-15)
 
 
 def test_odd_and_broadcasting(table: CreepForceTable) -> None:
