@@ -8,7 +8,8 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable
-from functools import cache
+from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ COULOMB = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
 USETAB_ENDS, USETAB = (0.25, 4.0), (5, 11, 21, 11)  # ratios a/b, and nodes along all axes
 POLACH = cl.Polach.dry()
 CELLS = 1024
+CALLS = 1000
 
 
 def check() -> None:
@@ -198,7 +200,7 @@ def lateral_spin_errors() -> dict[str, dict[str, FloatArray]]:
 
 def cases(points: int = POINTS) -> list[Case]:
     """What is timed."""
-    return [_table(points), _lateral_spin(min(points, 1000))]
+    return [_table(points), _lateral_spin(min(points, 1000)), *_elements(min(points, 4000))]
 
 
 def _table(points: int) -> Case:
@@ -224,6 +226,50 @@ def _table(points: int) -> Case:
         {"Polach in C, one by one, value": ">= 3"},
         ours=4,
     )
+
+
+def _elements(points: int) -> list[Case]:
+    """Force elements in a batch, each input with its own load, and one call from Python."""
+    found = []
+    for model in ("roller_rig.toml", "locomotive.toml"):
+        plain = cl.load_model(model).wheelset.element
+        random = np.random.default_rng(0)
+        inputs = np.zeros(points, kernel.struct_dtype("force_element_input"))
+        creepage = plain.saturation_creepage * random.uniform(-3.0, 3.0, (2, points))
+        inputs["speed"] = speed = random.uniform(1.0, 40.0, points)
+        inputs["omega"] = speed * (1.0 + creepage[0]) / plain.rolling_parameters["radius"]
+        inputs["normal_load"] = random.uniform(0.5, 1.5, points) * plain.normal_load
+        inputs["friction_scale"] = 1.0
+        lateral = inputs.copy()
+        lateral["lateral_velocity"] = speed * creepage[1]
+        spinning = lateral.copy()
+        spinning["spin_velocity"] = speed * random.uniform(-0.5, 0.5, points)
+        memory, layer = replace(plain, memory=True), replace(plain, layer_compliance=1e-13)
+        batches = {
+            "alone": (plain, inputs),
+            "with memory": (memory, inputs),
+            "with a layer": (layer, inputs),
+            "with lateral slip": (plain, lateral),
+            "with lateral slip and spin": (plain, spinning),
+        }
+        subjects = {
+            name: partial(element.rolling_native.evaluate, given)
+            for name, (element, given) in batches.items()
+        }
+        at = (21.8, 10.0, plain.normal_load, 1.0)
+        calls = {
+            name: partial(_calls, element.rolling_native.evaluate_one, at)
+            for name, element in (("alone", plain), ("with memory", memory))
+        }
+        name = model.removesuffix(".toml")
+        found.append(Case(f"force element of {name}, batch", points, "ns", subjects, ours=5))
+        found.append(Case("the same, one call from Python", CALLS, "us", calls, ours=2))
+    return found
+
+
+def _calls(function: Callable[..., object], given: tuple[float, ...]) -> None:
+    for _ in range(CALLS):
+        function(*given)
 
 
 def _lateral_spin(points: int) -> Case:
