@@ -709,7 +709,7 @@ ALWAYS_INLINE int holds_lateral(const force_element_input *in) {
     return (in->held_lateral != 0.0) | (in->outer_lateral != 0.0);
 }
 
-/* Changes of the rates by a lateral force where there is none: it turns into the steady force. */
+/* Changes of the rates by a lateral force that is zero: it would turn into the steady force. */
 ALWAYS_INLINE void set_changes_by_lateral(const memory_place *m, force_element_output *out) {
     const memory_flow *f = &m->flow;
     double turn = m->weak ? f->fast : f->turn, share = m->weak ? f->share : f->carried;
