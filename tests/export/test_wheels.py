@@ -127,7 +127,7 @@ def test_states_and_events_of_each_wheel(pair: tuple[Path, Path]) -> None:
             values = together.get(name)
             values[i] = single.get(name)[0]
             together.set(**{name: values})
-        states, n = len(names), len(single.description.eventIndicators or ()) or 5
+        states, n = len(names), len(single.description.eventIndicators or ()) or 6
         for call, size in (
             ("ContinuousStates", states),
             ("ContinuousStateDerivatives" if single.version == 3 else "Derivatives", states),
