@@ -316,4 +316,30 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
     print_line(f"The page is {written}")
 
 
-EXPORTS = (table, new, fmu, kernel, figures, explore)
+@click.command()
+def conditions() -> None:
+    """List the rails that `condition` in a model or scenario file can name.
+
+    Each is a published parameter set. Below its name are the keys that it gives, the source with
+    its table or figure, vehicle and speed, what was fitted, and the largest deviation of the
+    traction coefficient from the source.
+    """
+    from contactlib.files.rail_conditions import condition_names, load_condition
+
+    for key in condition_names():
+        rail = load_condition(key)
+        values = {**rail.friction, **rail.wheelset}
+        print_line(f"{key}: {rail.name}")
+        print_line(f"  {', '.join(f'{name} = {value:g}' for name, value in values.items())}")
+        if rail.law:
+            reductions = ", ".join(f"{name} = {value:g}" for name, value in rail.law.items())
+            print_line(f"  with law.kind = 'polach': {reductions} in place of the layer")
+        print_line(f"  source: {rail.source}")
+        print_line(f"  {rail.table}")
+        print_line(f"  read in: {rail.read_in}")
+        print_line(f"  vehicle: {rail.vehicle}; speed: {rail.speed}")
+        print_line(f"  fitted: {rail.fitted}")
+        print_line(f"  largest deviation: {rail.compared.deviation:g}")
+
+
+EXPORTS = (table, new, fmu, kernel, figures, explore, conditions)

@@ -12,6 +12,7 @@ from contactlib.base.quantities import Parameters, Quantity, declared
 from contactlib.base.text import harmless_line
 from contactlib.element.force_element import ForceElement
 from contactlib.files.mistakes import Mistakes, ModelError
+from contactlib.files.rail_conditions import with_condition
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
@@ -222,6 +223,8 @@ class _Vehicle(NamedTuple):
 def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
     friction, reduction, inertia = None, 1.0, 1.0
     with Mistakes(data) as mistakes:
+        filled = mistakes.of(with_condition, data)
+        data = filled or data
 
         def read(name: str, make: Any = dict) -> Any:
             return mistakes.of(cache.section, name, VEHICLE_SECTIONS[name], data, make)
@@ -237,7 +240,8 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
             given = arguments(geared_inertia, {"inertia": 1.0, **body})
             inertia = mistakes.of(cache.made, "wheelset", geared_inertia, **given)
         # A law with mistakes may be that of a measured curve, which needs no friction.
-        if not (law and law.get("kind") == "measured") and (law is not None or "friction" in data):
+        curve = law and law.get("kind") == "measured"
+        if filled and not curve and (law is not None or "friction" in data):
             rubbing = read("friction")
             if rubbing and contact:
                 friction = mistakes.of(cache.made, "friction", friction_of, rubbing, contact)

@@ -19,6 +19,12 @@ from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_ca
 from contactlib.base.text import known_names
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import BuildCache, build_model, read_model
+from contactlib.files.rail_conditions import (
+    SLOPE,
+    TrackConditions,
+    factors_of_conditions,
+    with_condition,
+)
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
@@ -155,8 +161,12 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
         file = file_beside("vehicle", name, folder, "the scenario")
         vehicle = parse(file)
         if "vehicle" not in vehicle:  # else `build_model` refuses it as a scenario
+            if "condition" in given.get("friction", {}):  # it replaces the vehicle's own rails
+                body = subsection("wheelset", vehicle.get("wheelset", {}))
+                vehicle |= {"friction": {}, "wheelset": without(body, *SLOPE)}
             for section, keys in given.items():
                 vehicle[section] = {**subsection(section, vehicle.get(section, {})), **keys}
+            vehicle = dict(with_condition(vehicle))  # so that a sweep finds its numbers
     return label, vehicle, folder if "file" in given.get("law", {}) else file.parent
 
 
@@ -338,7 +348,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
 SECTIONS: Mapping[str, Keys] = {
     "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
     **{name: declared(make) for name, make in MADE.items()},
-    "track": declared(Track.from_breakpoints),
+    "track": {**declared(Track.from_breakpoints), **declared(TrackConditions)},
 }
 ABSENT = (
     "axle",
@@ -493,6 +503,9 @@ def build_scenario(
         In a line for each mistake, if sections or keys are wrong.
     """
     cache = cache or BuildCache()
+    if "condition" in data.get("track", {}):
+        track = cache("conditions", factors_of_conditions, data["track"], wheelset.element)
+        data = {**data, "track": track}
     made = read_sections(data, cache)
     run, parts = made["run"], [made[name] for name in ("axle", "motor", "brake")]
     drivetrain = cache("drivetrain", _drivetrain, wheelset, *parts)

@@ -86,6 +86,20 @@ class Law(Parameters):
     file: str | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Rails(Parameters):
+    """Rails with a name.
+
+    Parameters
+    ----------
+    condition : str, optional
+        Name of a published parameter set, which ``contactlib conditions`` lists. It gives the keys
+        of this section, and `slope_reduction` or `layer_compliance`; those that the file gives win.
+    """
+
+    condition: str | None = None
+
+
 def without(keys: Keys, *names: str) -> dict[str, Parameter]:
     """All keys except the named ones."""
     return {name: parameter for name, parameter in keys.items() if name not in names}
@@ -114,7 +128,9 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
         *SHAPES,
     ),
     "friction": optional(
-        {**declared(Friction), **declared(friction_with_k_hat)}, "weakening_length", "k_hat"
+        {**declared(Rails), **declared(Friction), **declared(friction_with_k_hat)},
+        "weakening_length",
+        "k_hat",
     ),
     "law": optional(
         {

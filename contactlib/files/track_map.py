@@ -20,6 +20,7 @@ from contactlib.base.quantities import declared
 from contactlib.base.text import known_names
 from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
+from contactlib.files.rail_conditions import placeholder_lists
 from contactlib.files.reading import doubt, file_beside, in_file, text
 from contactlib.vehicle.track import FACTOR, LISTS, Track
 
@@ -110,8 +111,9 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**data, "track": {**columns, **track}}
 
 
-def track_of(**given: Any) -> Track:
+def track_of(condition: tuple[str, ...] = (), **given: Any) -> Track:
     """Track of a file's section; factors that look like friction coefficients are doubted."""
+    given = placeholder_lists(condition, given) if condition else given
     track = Track.from_breakpoints(**given)
     sides = track.friction_left, track.friction_right or track.friction_left
     largest = max(max(side.value) for side in sides)
