@@ -278,8 +278,8 @@ def placeholder_lists(condition: tuple[str, ...], given: Mapping[str, Any]) -> d
             f"distance has {places} and condition {len(condition)} entries: both must have as many"
         )
     with Mistakes() as mistakes:
-        for name in dict.fromkeys(condition):
-            mistakes.of(load_condition, name if isinstance(name, str) else repr(name))
+        for name in dict.fromkeys(map(str, condition)):
+            mistakes.of(load_condition, name)
     ones = [1.0] * len(condition)
     return {**given, "friction": ones, "slope": ones, "unit": "factor"}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import done
+from command_line import call, done
 from scipy.optimize import brentq
 from sweep_files import SCENARIO, axis_values, one_axis
 
@@ -232,6 +232,7 @@ def test_the_slope_of_polachs_rails_is_that_of_his_reductions(tmp_path: Path) ->
             "condition = 'wett' is not known; did",
         ),
         (PATCH + 'condition = ["dry", 3, "wet", "dry"]', "condition = '3' is not known"),
+        (PATCH + 'condition = ["dry", ["wet"], "wet", "dry"]', r"condition = \"\['wet'\]\" is not"),
         (PATCH + 'condition = ["dry", "wet"]', "distance has 4 and condition 2 entries"),
         ('condition = ["dry", "wet"]', "distance has 0 and condition 2 entries"),
         (PATCH + 'condition = "dry"', "condition = 'dry' must be a list"),
@@ -272,6 +273,13 @@ def test_sweeps_vary_the_numbers_of_a_condition(tmp_path: Path) -> None:
     assert factors == [1.0, 0.3 / 0.5]
     with pytest.raises(cl.ModelError, match=r"track\.condition: 'condition' is not known"):
         cl.load_sweep(one_axis(tmp_path, 'parameter = "track.condition"\nvalues = [1.0]', rails))
+
+
+def test_the_explorer_page_refuses_a_condition(tmp_path: Path) -> None:
+    model(tmp_path, 'condition = "wet"')
+    result = call("explore", tmp_path / "m.toml", "--no-open", "-o", tmp_path / "page.html")
+    assert result.exit_code == 2
+    assert "friction.condition = 'wet': the page has no names of rails" in result.stderr
 
 
 def test_the_command_lists_all_of_them() -> None:
