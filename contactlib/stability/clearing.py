@@ -51,8 +51,7 @@ def clearing(
     For a held speed the time is the integral of (J V/r) dzeta/(T - T_s(zeta)) on the patch's
     friction between the stable and the unstable steady state of good friction. For a free wheelset
     the equations of motion are integrated to the separatrix of good friction. With memory motions
-    that return and motions that do not bracket it to 1e-4; infinite times and borders are those of
-    steady rolling.
+    that return and motions that do not bracket it to 1e-4; borders are those of steady rolling.
 
     Parameters
     ----------
@@ -70,7 +69,8 @@ def clearing(
     -------
     Clearing
         Infinite if the torque is held on the patch at a creepage short of the border, if friction
-        is no lower there, or if the torque is so low that any creepage returns.
+        is no lower there, or if the torque is so low that any creepage returns, with memory also
+        after the vehicle has gained speed on the patch.
 
     Raises
     ------
@@ -159,6 +159,8 @@ def _with_memory(wheelset: Wheelset, at: Conditions, torque: float, slope: float
     while not after(low)[0]:
         low, high = 0.5 * low, low
     while low == high or after(high)[0]:
+        if high > horizon:  # the vehicle gains so much speed that any creepage returns
+            return Clearing(math.inf, math.inf, border)
         low, high = high, 2.0 * high
     while high > (1.0 + CLOSE) * low:
         tried = 0.5 * (low + high)

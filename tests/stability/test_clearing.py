@@ -117,6 +117,23 @@ def test_a_patch_that_holds_the_torque_may_be_of_any_length(rig: cl.Model) -> No
     assert cl.clearing(body, drive_torque=low, speed=V, friction_scale=0.2).time == math.inf
 
 
+def test_a_vehicle_that_gains_speed_may_return_from_any_patch() -> None:
+    scenario = cl.load_sweep("friction_and_load_sweep.toml").scenario_of(127)
+    body, torque = scenario.drivetrain.wheelset, max(scenario.demand.value)
+    scale = scenario.track.friction_left.value[1]
+    given: dict[str, Any] = {"drive_torque": torque, "speed": V, "friction_scale": scale}
+    assert cl.clearing(body, **given).time == math.inf
+    run = cl.simulate(
+        body,
+        cl.TorqueControl(cl.Profile.of(torque)),
+        initial_speed=V,
+        duration=300.0,
+        friction_scale=cl.Profile((0.0, 0.1, 0.1, 40.0, 40.0), (1.0, 1.0, scale, scale, 1.0)),
+        tolerance=1e-6,
+    )
+    assert run["creepage"][-1] < cl.find_fold(body, speed=V).creepage
+
+
 def test_clearing_time_of_braking(rig: cl.Model) -> None:
     body = replace(rig.wheelset, damping=0.0)
     torque = 0.95 * cl.find_fold(body, speed=V).drive_torque
