@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contactlib import kernel
 from contactlib.base.quantities import (
+    FINITE,
     POSITIVE,
     FloatArray,
     Limits,
@@ -309,16 +310,23 @@ class ForceElement(Parameters):
         return kernel.contact_scales(parameters, self.normal_load, table=self.table.native)
 
     def doubt(self, largest_load: float) -> str | None:
-        """Sentence on a load [N] under which a line contact is too short for memory; else None."""
+        """Sentence on a load [N] under which a line contact is too short for memory; else None.
+
+        Raises
+        ------
+        ValueError
+            If the load is not finite.
+        """
+        load = checked_number("largest_load", largest_load, FINITE)
         contact, given = self.contact, self.parameters
-        if not self.memory or isinstance(contact, EllipticContact) or not largest_load > 0.0:
+        if not self.memory or isinstance(contact, EllipticContact) or load <= 0.0:
             return None
-        growth = (largest_load / self.normal_load) ** given["load_exponent"]
+        growth = (load / self.normal_load) ** given["load_exponent"]
         ratio, limit = contact.length / (growth * contact.semi_width), LINE.at_least
         if ratio >= limit * (1.0 - 1e-9):
             return None
         return (
-            f"the load reaches {largest_load:.4g} N, under which the line contact is {ratio:.3g} "
+            f"the load reaches {load:.4g} N, under which the line contact is {ratio:.3g} "
             f"semi-widths long: its memory is that of {limit:g} semi-widths"
         )
 

@@ -82,7 +82,7 @@ def test_saved_state_that_no_instance_wrote_is_refused(folder: Path) -> None:
         values = fmu.get("friction_scale", "creep_force")
         data = fmu.saved()
         friction, force = (data.index(struct.pack("<d", value)) for value in values)
-        tolerance = FRAME + 80 + 8 * (32 * 5 + 1)  # after the token, truth values and stop time
+        tolerance = FRAME + 80 + 8 * (32 * 6 + 1)  # after the token, truth values and stop time
         stage = tolerance + 8
         for at, layout, value in [
             (friction, "<d", -1.0),
