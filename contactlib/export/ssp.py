@@ -130,15 +130,12 @@ def operating_point(model: Model) -> dict[str, float]:
     saturation = wheelset.element.saturation_creepage
     creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
     element, omega = wheelset.element, (1.0 + creepage) * speed / wheelset.radius
-    native = element.rolling_native
-    steady = native.evaluate_one(omega, speed, element.normal_load, 1.0)
+    held = element.rolling_native.steady_memory(omega, speed, element.normal_load, 1.0)
     return {
         "drive_torque": float(curve.torque(creepage)),
         "omega": omega,
-        "creep_force": steady.steady_force,
-        "held_force": steady.steady_force,
-        "unslipped": steady.sticking,
-        "outer_force": steady.steady_outer,
+        "creep_force": held["held_force"],
+        **held,
     }
 
 

@@ -86,6 +86,10 @@ def thermal_softening(
     return found
 
 
+# States of a contact with memory along rolling, and the outputs that they are in steady rolling.
+HELD = {"held_force": "steady_force", "unslipped": "sticking", "outer_force": "steady_outer"}
+
+
 class NativeForceElement:
     """Parameters and table of a force element. Checks nothing.
 
@@ -143,6 +147,14 @@ class NativeForceElement:
         result = ffi.new("force_element_output *")
         library().force_element_evaluate(self._table.struct, self._parameters, given, result)
         return result
+
+    def steady_memory(self, *rolling: float) -> dict[str, float]:
+        """States of the memory, by name, of a contact that rolls steadily.
+
+        `rolling` are omega, speed, load and friction scale.
+        """
+        contact = self.evaluate_one(*rolling)
+        return {state: getattr(contact, output) for state, output in HELD.items()}
 
     def steepest_gradient(self, speed: float) -> float:
         """Largest gradient of the force by slip velocity at the nominal load [N.s/m]."""

@@ -207,13 +207,9 @@ def continuous_result(
         "slope": np.ones(count),
     }
     memory = {
-        f"{state}_{side}": columns[name]
+        f"{name.removesuffix('_force')}_{side}": columns[name]
         for side in ("left", "right")
-        for state, name in (
-            ("held", "held_force"),
-            ("unslipped", "unslipped"),
-            ("outer", "outer_force"),
-        )
+        for name in kernel.HELD
         if name in columns
     }
     of_states = {

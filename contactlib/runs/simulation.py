@@ -36,8 +36,7 @@ from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
 
-HELD = ("held_force", "unslipped", "outer_force")  # states of a contact with memory
-STATES = ("speed", "omega", "memory", *HELD, "distance", *WORKS)
+STATES = ("speed", "omega", "memory", *kernel.HELD, "distance", *WORKS)
 
 
 def _stretches(
@@ -175,11 +174,9 @@ def simulate(
     crossings = [{**event, "ends": name in stop_at} for name, event in passing.items()]
     row = {"speed": initial_speed, "omega": omega, "memory": controller.start(torque)}
     rolling = omega, initial_speed, given["normal_load"], given["friction_scale"]
-    contact = wheelset.element.rolling_native.evaluate_one(*rolling)
-    steady = contact.steady_force, contact.sticking, contact.steady_outer
-    row |= dict(zip(HELD, steady, strict=True))
+    row |= wheelset.element.rolling_native.steady_memory(*rolling)
     held = wheelset.element.friction.kinetic * nominal_load
-    scale |= dict(zip(HELD, (held, 1.0, held), strict=True))
+    scale |= dict(zip(kernel.HELD, (held, 1.0, held), strict=True))
     train = Drivetrain(wheelset).native
     parts: list[Any] = []
     inputs: list[dict[str, FloatArray]] = []
@@ -212,7 +209,7 @@ def simulate(
     whole = np.concatenate(parts)
     columns = {
         name: whole[name].copy()
-        for name in ("time", "omega", "speed", "drive_torque", *HELD, "distance", *WORKS)
+        for name in ("time", "omega", "speed", "drive_torque", *kernel.HELD, "distance", *WORKS)
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events))
