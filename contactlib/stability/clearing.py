@@ -12,12 +12,12 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple, Unpack
 
-from contactlib.stability.basin import AWAY, LONGEST, Basin, basin, motion, move_until
+from contactlib.stability.basin import Basin, basin, motion, move_until
 from contactlib.stability.slip_away import slip_away_time
 from contactlib.vehicle.conditions import Conditions, GivenConditions
-from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.wheelset import Wheelset, checked_torque
 
+SETTLED = 20.0  # relaxation lengths after which a motion rolls steadily
 CLOSE = 1e-4  # width of the bracket of a time with memory / time
 
 
@@ -51,7 +51,8 @@ def clearing(
     For a held speed the time is the integral of (J V/r) dzeta/(T - T_s(zeta)) on the patch's
     friction between the stable and the unstable steady state of good friction. For a free wheelset
     the equations of motion are integrated to the separatrix of good friction. With memory motions
-    that return and motions that do not bracket it to 1e-4; borders are those of steady rolling.
+    that return and motions that do not bracket it to 1e-4; infinite times and borders are those of
+    steady rolling.
 
     Parameters
     ----------
@@ -69,8 +70,7 @@ def clearing(
     -------
     Clearing
         Infinite if the torque is held on the patch at a creepage short of the border, if friction
-        is no lower there, or if the torque is so low that any creepage returns, with memory also
-        after the vehicle has gained speed on the patch.
+        is no lower there, or if the torque is so low that any creepage returns.
 
     Raises
     ------
@@ -101,21 +101,27 @@ def clearing(
         horizon=100.0 * frozen,
     )
     reached = path({"creepage": 1.0, "level": end})
-    try:
-        there = basin(wheelset, good, drive_torque=torque, speed=reached.speed)
-        later, why = there.highest if torque >= 0.0 else there.lowest, ""
-    except ValueError as error:
-        later, why = math.inf, f": {error}"
-    if not math.isfinite(later):
-        raise ValueError(
-            f"speed = {at.speed!r}, friction_scale = {at.friction_scale!r}: out of range, as a "
-            f"border is needed at {reached.speed:.6g} m/s too, where the patch may end{why}"
-        )
+    later = _border(wheelset, at, torque, reached.speed)
     moved, gained = later - end, reached.speed - at.speed
     steepness = moved / gained if gained != 0.0 else 0.0
     level = end - steepness * at.speed
     arrival = path({"creepage": 1.0, "abs_speed": -steepness, "level": level})
     return Clearing(arrival.time, arrival.distance, border)
+
+
+def _border(wheelset: Wheelset, at: Conditions, torque: float, speed: float) -> float:
+    """Border of good friction on the side of slip-away at the speed where a patch ends [1]."""
+    try:
+        there = basin(wheelset, replace(at, friction_scale=1.0), drive_torque=torque, speed=speed)
+        found, why = there.highest if torque >= 0.0 else there.lowest, ""
+    except ValueError as error:
+        found, why = math.inf, f": {error}"
+    if not math.isfinite(found):
+        raise ValueError(
+            f"speed = {at.speed!r}, friction_scale = {at.friction_scale!r}: out of range, as a "
+            f"border is needed at {speed:.6g} m/s too, where the patch may end{why}"
+        )
+    return found
 
 
 def _with_memory(wheelset: Wheelset, at: Conditions, torque: float, slope: float) -> Clearing:
@@ -124,46 +130,40 @@ def _with_memory(wheelset: Wheelset, at: Conditions, torque: float, slope: float
     if not 0.0 < steady.time < math.inf:
         return steady
     on_patch, good = wheelset.with_slope(slope), replace(at, friction_scale=1.0)
-    border = steady.border
-    end = border.highest if torque >= 0.0 else border.lowest
-    distance = end - border.creepage
-    side, middle = math.copysign(1.0, distance), border.creepage + 0.5 * distance
-    decided: list[dict[str, float]] = [
-        {"creepage": 1.0, "level": middle, "direction": -int(side)},
-        {"creepage": 1.0, "level": border.creepage + AWAY * distance, "direction": int(side)},
-        {"abs_speed": 1.0, "level": wheelset.element.minimum_speed, "direction": -1},
-    ]
-    horizon = LONGEST / float(CreepCurve(wheelset.without_memory(), good).pole(end))
+    border, side = steady.border, math.copysign(1.0, torque)
+    settling = SETTLED * wheelset.element.memory_scales.relaxation_length
     omega = (1.0 + border.creepage) * at.speed / wheelset.radius
-    rolling = wheelset.element.rolling_native.evaluate_one(omega, at.speed, at.normal_load, 1.0)
-    first = {
-        "speed": at.speed,
-        "omega": omega,
-        "held_force": rolling.steady_force,
-        "unslipped": rolling.sticking,
-        "outer_force": rolling.steady_outer,
-    }
+    rolling = omega, at.speed, at.normal_load, 1.0
+    held = wheelset.element.rolling_native.steady_memory(*rolling)
+    first = {"speed": at.speed, "omega": omega, **held}
 
-    def after(time: float) -> tuple[bool, float]:
-        """Whether the wheel re-adheres after a patch of this duration, and its length."""
+    def patch(time: float) -> dict[str, float]:
+        """State at the end of a patch of this duration."""
         row = motion(on_patch, first, at=at, drive_torque=torque, horizon=time).rows[-1]
-        there = {name: row[name].item() for name in (*first, "distance")}
-        run = motion(wheelset, there, *decided, at=good, drive_torque=torque, horizon=horizon)
-        if run.stopped:
-            return run.events[-1][0] == 0, there["distance"]
-        last = run.rows[-1]
-        reached = wheelset.radius * last["omega"] / last["speed"] - 1.0
-        return bool(side * (reached - middle) < 0.0), there["distance"]
+        return {name: row[name].item() for name in (*first, "distance")}
+
+    def returns(time: float) -> bool:
+        """Whether the wheel re-adheres after a patch of this duration.
+
+        Where rolling is steady again, the creepage is short of the border at the speed reached.
+        """
+        there = patch(time)
+        settled = settling / there["speed"]
+        row = motion(wheelset, there, at=good, drive_torque=torque, horizon=settled).rows[-1]
+        reached, speed = wheelset.radius * row["omega"] / row["speed"] - 1.0, row["speed"].item()
+        if wheelset.speed_held:
+            end = border.highest if torque >= 0.0 else border.lowest
+        else:
+            end = _border(wheelset.without_memory(), at, torque, speed)
+        return bool(side * (reached - end) < 0.0)
 
     low = high = steady.time
-    while not after(low)[0]:
+    while not returns(low):
         low, high = 0.5 * low, low
-    while low == high or after(high)[0]:
-        if high > horizon:  # the vehicle gains so much speed that any creepage returns
-            return Clearing(math.inf, math.inf, border)
+    while low == high or returns(high):
         low, high = high, 2.0 * high
     while high > (1.0 + CLOSE) * low:
         tried = 0.5 * (low + high)
-        low, high = (tried, high) if after(tried)[0] else (low, tried)
+        low, high = (tried, high) if returns(tried) else (low, tried)
     time = 0.5 * (low + high)
-    return Clearing(time, after(time)[1], border)
+    return Clearing(time, patch(time)["distance"], border)
