@@ -116,6 +116,19 @@ def poles(
     ValueError
         If a value is out of range; the speed must be at least the element's minimum speed.
     """
+    return _eigenvalues(wheelset, creepage, speed, normal_load, friction_scale)
+
+
+def _eigenvalues(
+    wheelset: Wheelset,
+    creepage: ArrayLike,
+    speed: ArrayLike,
+    normal_load: ArrayLike | None,
+    friction_scale: ArrayLike,
+    *,
+    away: bool = False,
+) -> NDArray[np.complex128]:
+    """The same, with memory and `away` those of a slip-away: see `of_the_motion`."""
     slowest = wheelset.element.minimum_speed
     fastest = kernel.wheelset_limits()["speed"].at_most
     v = checked("speed", speed, Limits(at_least=slowest, at_most=fastest))
@@ -127,7 +140,8 @@ def poles(
     given = {"normal_load": load, "friction_scale": friction_scale}
     contact = wheelset.element.evaluate(omega=(1.0 + zeta) * v / r, speed=v, **given)
     if wheelset.element.memory:
-        return _by_growth(np.linalg.eigvals(wheelset.jacobians(zeta, speed=v, **given)))
+        matrices = wheelset.jacobians(zeta, speed=v, **given)
+        return _by_growth(np.linalg.eigvals(of_the_motion(matrices) if away else matrices))
     by_omega, by_speed = contact["force_by_omega"], contact["force_by_speed"]
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
@@ -162,12 +176,7 @@ def fast_pole(
     Of a contact with memory it is the growth of a slip-away, see `Wheelset.jacobians`; the
     eigenvalue of the held force counts if it decays more slowly.
     """
-    load = wheelset.element.normal_load if normal_load is None else normal_load
-    given = {"speed": speed, "normal_load": load, "friction_scale": friction_scale}
-    both = poles(wheelset, creepage, **given).real
-    if wheelset.element.memory:
-        matrices = of_the_motion(wheelset.jacobians(creepage, **given))
-        both = _by_growth(np.linalg.eigvals(matrices)).real
+    both = _eigenvalues(wheelset, creepage, speed, normal_load, friction_scale, away=True).real
     first, own = both[..., 0], both[..., 0 if wheelset.speed_held else 1]
     return np.asarray(np.where(first > 0.0, first, own))
 
