@@ -16,21 +16,21 @@
  *     S0      its initial slope Q'(0) [1]            kappa, stiffness at standstill over S0/sigma
  *
  * for x > 0; in braking x, Q, q and c change their signs. All of these are of the present load,
- * friction and layer (memory_scales_of). In this order:
+ * friction and layer (set_memory_scales). In this order:
  *
  * 1. Part m that sticks in steady rolling (exact for Carter's law), held within 0 and 1:
  *        m = 2 Q/(S0 x) - 1
  * 2. Force T at which a contact that stands still breaks loose; its friction is f_s if it weakens
- *    over a long zone, and less over a short one. Of its strength g the outer zone has the share
- * s1, the core s2, and of its stiffness w1 and w2: E = (3/2) k_hat^(4/3),   T = min(1 + (9/4) E
- * R/sqrt(E^2 + R^2), 1 + R) g = max(1 + h (T - 1), G),   s1 = 0.1567,   w1 = 0.3774,   s2 = 1 - s1,
- * w2 = 1 - w1
+ *    over a long zone, and less over a short one:
+ *        E = (3/2) k_hat^(4/3),   T = min(1 + (9/4) E R/sqrt(E^2 + R^2), 1 + R)
  * 3. Force F of a contact that has not slipped: the parabola of Carter's law under this friction:
  *        z = min(S0 x/(2 T), 1),   F = T z (2 - z)
  * 4. Force G that q approaches. Only the unslipped part is stronger than in steady rolling:
  *        G = Q + max(h - m, 0) max(F - Q, 0)
  * 5. Stiffness b that is left, of 1, as zones slip that carry their strength in the direction of
- *    change, + or -. A zone begins to slip at 99 % of its strength:
+ *    change, + or -. Outer zone and core have the shares s1 and s2 of the strength g, and w1 and
+ *    w2 of the stiffness; a zone begins to slip at 99 % of its strength:
+ *        g = max(1 + h (T - 1), G),   s1 = 0.1567,   w1 = 0.3774,   s2 = 1 - s1,   w2 = 1 - w1
  *        p1 = clip((1 -+ c/(s1 g))/0.01),   p2 = clip((1 -+ (q - c)/(s2 g))/0.01) within 0 and 1,
  *        b = w1 p1 + w2 p2
  * 6. Length of the lag, sigma a L; b is that towards G:
