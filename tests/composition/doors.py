@@ -314,7 +314,7 @@ def runs(case: Case) -> None:
     names = ["omega", *([] if wheelset.speed_held else ["speed"])]
     held = ("held_force", "unslipped", "outer_force") if element.memory else ()
     rates = ("held_rate", "unslipped_rate", "outer_rate")
-    torque = cl.load_scenario(case.folder / "scenario.toml").demand.value
+    torque = case.scenario.demand.value
 
     def rate(_: float, x: Any, demand: float) -> list[float]:
         speed = 10.0 if wheelset.speed_held else x[1]
