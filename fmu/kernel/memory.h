@@ -67,11 +67,13 @@
  * With lateral slip or spin q and c are vectors, x and Q are magnitudes, e is the direction of the
  * steady force, and the components along it take the places of q and c above:
  *
- *     dq/dt = V/(sigma a) [(G - q.e) e/L - (q - (q.e) e)/L'],   L' = s (m + (1 - m)/kappa)
+ *     dq/dt = V/(sigma a) [(G - q.e) e/L - (q - (q.e) e)/L'],   L' = s (m + (3/2) (1 - m)/kappa)
  *
  * with the sigma of each component before the bracket; c takes w1 p1/b of the first part and c'/q
  * of the second. Across the force nothing slips faster when more slips, so the compliance of the
- * whole contact turns it. The spin moment is that of steady rolling. */
+ * whole contact turns it: that of Mindlin's contact, 1/kappa, times 3/2, by which the traction of
+ * a contact that slides, a semi-ellipsoid, displaces the centre further than Mindlin's of the same
+ * force (Johnson 1985, sections 3.5 and 7.2). The spin moment is that of steady rolling. */
 #ifndef MEMORY_H
 #define MEMORY_H
 
@@ -310,15 +312,16 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_OUTER] += bend * l_left * towards.left_by[1];
     by[BY_PACE] = flow.per_length;
 
-    double across = 1.0 / kappa - soft * m, per_across = 1.0 / (secant * across);
+    double moved = 1.5 / kappa, across = moved - (moved - 1.0) * m;
+    double per_across = 1.0 / (secant * across);
     flow.turn = pace * per_across;
     bend = -flow.turn * per_across;
     by = flow.turn_by;
     double free = whole_secant < 1.0 ? 1.0 : 0.0;
     for (int i = 0; i < MEMORY_ARGUMENTS; i++)
         by[i] = bend * across * free * per * flow.strength_by[i];
-    by[BY_X] -= bend * secant * (across * free / x + soft * m_x);
-    by[BY_RATIO] -= bend * secant * soft * m_ratio;
+    by[BY_X] -= bend * secant * (across * free / x + (moved - 1.0) * m_x);
+    by[BY_RATIO] -= bend * secant * (moved - 1.0) * m_ratio;
     by[BY_PACE] = per_across;
 
     flow.share = taken.share;
