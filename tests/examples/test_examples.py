@@ -18,7 +18,7 @@ PRINTED = {
     "fmu": "creep_force  FMU 43484.8, simulate 43484.8",
     "fold": "fold predicted at 27314 N.m, passed at 27325 N.m",
     "lateral_spin": "spin 0.2 1/m: 9633 N along, -4976 N across",
-    "learning": "cut and re-apply: 0.943",
+    "learning": "cut and re-apply: 0.944",
     "measured_curve": "fit residual 0.0246",
     "nmpc": "Predictive     98.",
     "own_controller": "HoldSlip   86.1 %",
