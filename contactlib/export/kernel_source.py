@@ -152,7 +152,7 @@ def _csharp() -> str:
     """The structs in C#. They are doubles throughout, so that nothing is copied in a call."""
     structs = []
     for name in ("force_element_parameters", "force_element_input", "force_element_output"):
-        text = f"public double {', '.join(field for field, _ in kernel.ffi.typeof(name).fields)};"
+        text = f"public double {', '.join(_doubles(name))};"
         members = "\n".join(wrap(text, 98, initial_indent=8 * " ", subsequent_indent=12 * " "))
         public = name.removeprefix("force_element_").capitalize()
         structs.append(f"    public struct {public} {{\n{members}\n    }}\n")
@@ -162,6 +162,13 @@ def _csharp() -> str:
         f"    {layout}\n    public struct Memory {{\n        public double known;\n    }}\n"
     )
     return "\n".join(structs)
+
+
+def _doubles(struct: str) -> Iterator[str]:
+    """Names of the numbers of a struct, with those of an array counted from zero."""
+    for field, member in kernel.ffi.typeof(struct).fields:
+        count = kernel.ffi.sizeof(member.type) // kernel.ffi.sizeof("double")
+        yield from [field] if count == 1 else (f"{field}_{i}" for i in range(count))
 
 
 # ---- the model -----------------------------------------------------------------------------------

@@ -89,7 +89,7 @@ ALWAYS_INLINE void evaluate_together(contacts *c, int thermal, int remembering, 
         finish_force(c->table, &p, &in, &at, q, &out);
         if (remembering) memory_action(1, &p, &in, &at, which != ONLY_FORCE, which == ALL, &out);
         if (which == ALL) {
-            put(c->out, l, remembering ? FIELDS(force_element_output) : NO_MEMORY_FIELDS,
+            put(c->out, l, remembering ? (int)FIELDS(force_element_output) : (int)NO_MEMORY_FIELDS,
                 (const double *)&out);
             continue;
         }

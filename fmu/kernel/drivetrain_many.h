@@ -61,13 +61,15 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
         double r = p.body.radius, speed = fabs(y[SPEED][l]) + p.body.minimum_speed;
         double torque = r * contact.kinetic_friction * g->nominal_load[l];
         double found = fabs(error[SPEED][l]) / speed;
+        /* A wheel that hardly bears need not be more accurate than the other one. */
+        double least = 2e-3 * larger(g->input[LOAD_LEFT][l], g->input[LOAD_RIGHT][l]);
         for (int i = 0; i < 2; i++) {
             int place = g->elastic ? LEFT + i : LEFT, of = g->alike ? 0 : i;
             double slip = fabs(r * y[place][l] - y[SPEED][l]), saturation = g->saturation[i][l];
             found += fabs(r * error[place][l] - error[SPEED][l]) / (slip + saturation * speed);
             if (g->remembering)
                 found += (fabs(error[HELD_LEFT + of][l]) + fabs(error[OUTER_LEFT + of][l])) /
-                             force_scale(&contact, 2.0 * g->input[LOAD_LEFT + of][l],
+                             force_scale(&contact, larger(2.0 * g->input[LOAD_LEFT + of][l], least),
                                          fabs(y[HELD_LEFT + of][l])) +
                          fabs(error[UNSLIPPED_LEFT + of][l]);
         }

@@ -296,8 +296,9 @@ def test_the_example_slips_away(printed: dict[str, str], models: dict[str, cl.Mo
         rows = [list(map(float, line.split())) for line in text.splitlines()[1:]]
         forces = [row[-1] for row in rows]
         assert rows[0][3] < 0.1 < 1.0 < rows[-1][3]
-        assert max(forces) > 1.1 * forces[-1]
-        element = replace(models[name].wheelset.element, wheels=1.0)
+        element, speed = replace(models[name].wheelset.element, wheels=1.0), rows[0][2]
+        peak = cl.vehicle.available_force(element, speed=element.radius * speed)
+        assert forces[-1] < max(forces) == pytest.approx(peak, rel=0.1)  # rows are 0.1 s apart
         steady = element.force(omega=rows[-1][2], speed=models[name].initial_speed)
         assert forces[-1] == pytest.approx(steady, rel=1e-3)
 

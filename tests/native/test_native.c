@@ -585,7 +585,7 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
         in[i] = given[i].in;
         state[i] = given[i].state;
     }
-    with->advance(members, MANY, in, state, 0.0, 5e-4, 1e-3, tried, failed);
+    with->advance(members, MANY, in, state, 0.0, 5e-4, 1e-2, tried, failed);
     for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
     with->evaluate(members, MANY, 1, in, state, out);
 }
@@ -671,7 +671,7 @@ static void test_widths(const creep_table *table, const force_element_parameters
     for (int i = 0; i < MANY; i++) {
         double substep = 0.0;
         unsigned char fails = 0;
-        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-3, &substep,
+        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
                                 &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
