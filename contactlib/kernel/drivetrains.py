@@ -44,7 +44,15 @@ class NativeFleet:
     """Drivetrains that are stepped together, each with its own parameters. Checks nothing.
 
     Members that share an object share its copy. A member's results are the same to the last bit
-    whatever the other members are.
+    whatever the other members are, or other vehicles.
+
+    Parameters
+    ----------
+    members : sequence of NativeMember
+        The drivetrains.
+    axles : int, optional
+        Number of neighbouring members that share their speed, as those of one vehicle: see
+        fmu/kernel/drivetrain.h.
 
     Attributes
     ----------
@@ -52,9 +60,9 @@ class NativeFleet:
         The drivetrains.
     """
 
-    def __init__(self, members: Sequence[NativeMember]) -> None:
+    def __init__(self, members: Sequence[NativeMember], axles: int = 1) -> None:
         lib = library()
-        self.size = len(members)
+        self.size, self.axles = len(members), axles
         places = np.zeros(self.size, _place_dtype())
         contacts, of_contact = _unique([(member.contact, member.table) for member in members])
         bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
@@ -111,10 +119,11 @@ class NativeFleet:
         row = pointer(inputs, "drivetrain_input")
         changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
         state = pointer(states, "drivetrain_state")
-        step_on, size, members = library().drivetrain_advance_many, self.size, self.members
+        step_on, size = library().drivetrain_advance_many, self.size
+        of_all = self.members, size, self.axles
 
         def advance(place: int, time: float, step: float, tolerance: float) -> None:
-            step_on(members, size, row + place * size, state, time, step, tolerance, *changed)
+            step_on(*of_all, row + place * size, state, time, step, tolerance, *changed)
 
         return advance
 

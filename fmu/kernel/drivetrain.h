@@ -84,15 +84,21 @@ typedef struct {
     contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 
-/* Advance n drivetrains by one step. The input's friction and slope are set to the track's at the
- * start; each stretch between two corners of the track's profiles is integrated under those in its
- * middle. The tolerance is relative, as in wheelset_advance; substep holds the length to try first
- * for each drivetrain (0: not known). A drivetrain that fails keeps its state, its failed flag is
- * set, and it is not stepped any more. */
+/* Largest number of axles of a vehicle. */
+enum { MAX_AXLES = 8 };
+
+/* Advance n drivetrains by one step. Each `axles` neighbours share their speed, as those of one
+ * vehicle, whose mass is the sum of theirs: then all have a mass, equal speeds, and the same table
+ * and kinds of states. 1: each has its own speed. The input's friction and slope are set to the
+ * track's at the start; each stretch between two corners of the track's profiles is integrated
+ * under those in its middle. The tolerance is relative, as in wheelset_advance; substep holds the
+ * length to try first for each drivetrain (0: not known). A drivetrain or vehicle that fails keeps
+ * its state, its failed flags are set, and it is not stepped any more. */
 CONTACTLIB_API void drivetrain_advance_many(const drivetrain_member *members, size_t n,
-                                            drivetrain_input *input, drivetrain_state *state,
-                                            double time, double step, double tolerance,
-                                            double *substep, unsigned char *failed);
+                                            size_t axles, drivetrain_input *input,
+                                            drivetrain_state *state, double time, double step,
+                                            double tolerance, double *substep,
+                                            unsigned char *failed);
 
 /* Outputs of n drivetrains, for several rows of inputs and states. */
 CONTACTLIB_API void drivetrain_evaluate_many(const drivetrain_member *members, size_t n,

@@ -58,6 +58,8 @@ typedef struct {
     lanes input[FIELDS(drivetrain_input)];
     lanes saturation[2]; /* creepages at the start of the substep */
     lanes nominal_load;
+    int axles;   /* of one vehicle, in neighbouring lanes */
+    lanes share; /* of the vehicle's mass */
 } group;
 
 /* Set what depends on friction and slope, which the track changes. */
@@ -259,6 +261,7 @@ static void set_kind(group *g, const drivetrain_member *member, int alike) {
     g->elastic = is_elastic(member);
     g->remembering = is_remembering(member);
     g->alike = alike;
+    g->axles = 1;
     g->lagging = is_lagging(member);
     g->braked = is_braked(member);
 }

@@ -40,6 +40,17 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
     }
 }
 
+/* Let the axles of a vehicle share its speed: sum m_i dV/dt = sum of the axles' forces. */
+static void share_speed(group *g, rows f, matrix *jacobian) {
+    for (int first = 0; first + g->axles <= LANES; first += g->axles) {
+        double rate = 0.0;
+        for (int i = 0; i < g->axles; i++) rate += g->share[first + i] * f[SPEED][first + i];
+        for (int i = 0; i < g->axles; i++) f[SPEED][first + i] = rate;
+    }
+    for (int c = 0; jacobian && c < MAX_STATES; c++)
+        EACH_LANE (l) (*jacobian)[SPEED][c][l] *= g->share[l];
+}
+
 static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     group *g = model;
     fill(g, y);
@@ -48,6 +59,7 @@ static void evaluate(void *model, rows y, rows f, matrix *jacobian) {
     else set_rates(g, y, f, NULL);
     if (g->remembering) set_memory_rates(g, y, f, jacobian);
     if (g->braked) set_brake_rates(g, y, f, jacobian);
+    if (g->axles > 1) share_speed(g, f, jacobian);
 }
 
 /* Errors of slips are relative to slip plus saturation slip, of the speed to speed plus minimum
@@ -109,9 +121,10 @@ static size_t count_of_one_kind(const drivetrain_member *members, size_t n) {
 }
 
 static equations equations_of(group *g) {
-    equations problem = {.model = g, .rates = evaluate, .error_size = drivetrain_error};
+    equations problem = {
+        .parts = g->axles, .model = g, .rates = evaluate, .error_size = drivetrain_error};
     int *place = problem.place, n = 0;
-    place[n++] = SPEED;
+    if (g->axles == 1) place[n++] = SPEED;
     place[n++] = LEFT;
     if (g->elastic) place[n++] = RIGHT;
     if (g->elastic) place[n++] = TWIST;
@@ -119,13 +132,15 @@ static equations equations_of(group *g) {
         place[n++] = HELD_LEFT + i;
     if (g->lagging) place[n++] = TORQUE;
     if (g->braked) place[n++] = BRAKE;
+    if (g->axles > 1) place[n++] = SPEED; /* the state that the axles share */
     problem.states = n;
     for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
     problem.rows = n;
     return problem;
 }
 
-/* A step of many drivetrains of one kind: a lane that has finished one takes the next. */
+/* A step of many drivetrains of one kind, or of vehicles of as many axles: lanes that have finished
+ * one take the next. */
 typedef struct {
     const drivetrain_member *members;
     const drivetrain_input *input;
@@ -133,6 +148,7 @@ typedef struct {
     double *tried;
     unsigned char *failed;
     size_t n, next; /* number of drivetrains, and the first that no lane has taken yet */
+    size_t axles;   /* drivetrains of one vehicle */
     double start, step, tolerance;
     size_t at[LANES]; /* drivetrain in each lane */
     lanes time;       /* end of the present stretch */
@@ -147,37 +163,51 @@ static void factors_of(const drivetrain_member *member, const drivetrain_input *
     factor[1] += in->cleaned_right * larger(in->recovered - factor[1], 0.0);
 }
 
-/* Begin the stretch up to the next corner of the track's profiles, with the factors in its middle.
- */
-static void begin_stretch(journey *j, group *g, integration *run, int l) {
-    const track *rails = j->members[j->at[l]].rails;
-    double left = j->rest[l], part = left;
-    if (rails) {
-        double distance = run->y[DISTANCE][l], speed = run->y[SPEED][l], factor[3];
-        double until = track_until_change(rails, distance, speed, j->time[l]);
-        if (until < left * (1.0 - 1e-9)) part = until;
-        size_t i = j->at[l];
-        factors_of(&j->members[i], &j->input[i], distance + 0.5 * part * speed,
-                   j->time[l] + 0.5 * part, factor);
-        for (int k = 0; k < 3; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
-        set_rails(g, l);
+/* Begin the stretch of a vehicle up to the next corner of the track's profiles under any axle, with
+ * the factors in its middle; `first` is the lane of its first axle. */
+static void begin_stretch(journey *j, group *g, integration *run, int first) {
+    double left = j->rest[first], part = left;
+    int end = first + (int)j->axles;
+    for (int l = first; l < end; l++) {
+        const track *rails = j->members[j->at[l]].rails;
+        if (!rails) continue;
+        double until = track_until_change(rails, run->y[DISTANCE][l], run->y[SPEED][l], j->time[l]);
+        if (until < left * (1.0 - 1e-9) && until < part) part = until;
     }
-    run->left[l] = part;
-    j->time[l] += part;
-    j->rest[l] = part < left ? left - part : 0.0;
+    for (int l = first; l < end; l++) {
+        size_t i = j->at[l];
+        if (j->members[i].rails) {
+            double middle = run->y[DISTANCE][l] + 0.5 * part * run->y[SPEED][l], factor[3];
+            factors_of(&j->members[i], &j->input[i], middle, j->time[l] + 0.5 * part, factor);
+            for (int k = 0; k < 3; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
+            set_rails(g, l);
+        }
+        run->left[l] = part;
+        j->time[l] += part;
+        j->rest[l] = part < left ? left - part : 0.0;
+    }
 }
 
-/* Let a lane take the next drivetrain that has not failed; without one it stays idle. */
-static void take_next(journey *j, group *g, integration *run, int l) {
-    while (j->next < j->n && j->failed[j->next]) j->next++;
+/* Let the lanes of a vehicle take the next one that has not failed; without one they stay idle. */
+static void take_next(journey *j, group *g, integration *run, int first) {
+    while (j->next < j->n && j->failed[j->next]) j->next += j->axles;
     if (j->next == j->n) return;
-    size_t i = j->at[l] = j->next++;
-    load(g, l, &j->members[i], &j->input[i], &j->state[i], run->y);
-    run->h[l] = j->tried[i] > 0.0 ? j->tried[i] : j->step;
-    run->count[l] = 0.0;
-    j->time[l] = j->start;
-    j->rest[l] = j->step;
-    begin_stretch(j, g, run, l);
+    double mass = 0.0, tried = 0.0;
+    for (size_t i = j->next; i < j->next + j->axles; i++) {
+        double h = j->tried[i];
+        if (h > 0.0 && (tried == 0.0 || h < tried)) tried = h;
+        if (j->axles > 1) mass += 1.0 / j->members[i].drivetrain->body.inverse_mass;
+    }
+    for (int l = first; l < first + (int)j->axles; l++) {
+        size_t i = j->at[l] = j->next++;
+        load(g, l, &j->members[i], &j->input[i], &j->state[i], run->y);
+        if (j->axles > 1) g->share[l] = 1.0 / (mass * j->members[i].drivetrain->body.inverse_mass);
+        run->h[l] = tried > 0.0 ? tried : j->step;
+        run->count[l] = 0.0;
+        j->time[l] = j->start;
+        j->rest[l] = j->step;
+    }
+    begin_stretch(j, g, run, first);
 }
 
 /* Store a lane's state, with the fields that are not states of this kind of drivetrain. */
@@ -195,46 +225,62 @@ static void arrive(journey *j, group *g, integration *run, int l) {
     j->tried[i] = run->h[l];
 }
 
-static void advance(journey *j) {
+/* Let a vehicle give up: its states stay as they were. */
+static void give_up(journey *j, integration *run, int first) {
+    for (int l = first; l < first + (int)j->axles; l++) {
+        j->failed[j->at[l]] = 1;
+        run->left[l] = 0.0;
+    }
+}
+
+static void advance(journey *j, int alike) {
     group g;
     integration run;
     memset(run.j, 0, sizeof run.j);
-    set_kind(&g, j->members, is_alike(j->members, j->input, j->state));
+    set_kind(&g, j->members, alike);
+    int axles = g.axles = (int)j->axles;
     equations problem = equations_of(&g);
     int busy = 0;
     for (int l = 0; l < LANES; l++) { /* idle lanes hold the numbers of the first drivetrain */
         load(&g, l, j->members, j->input, j->state, run.y);
-        run.left[l] = run.count[l] = 0.0;
+        run.left[l] = run.count[l] = g.share[l] = 0.0;
         run.h[l] = 1.0;
         j->rest[l] = -1.0;
+    }
+    for (int l = 0; l + axles <= LANES; l += axles) {
         take_next(j, &g, &run, l);
         busy |= run.left[l] > 0.0;
     }
     while (busy) {
         rosenbrock_substep(&problem, &run, j->tolerance);
         busy = 0;
-        for (int l = 0; l < LANES; l++) {
+        for (int l = 0; l + axles <= LANES; l += axles) {
             int there = run.left[l] == 0.0, waiting = there && j->rest[l] < 0.0;
-            if (!there && is_hopeless(&run, l, j->step)) {
-                j->failed[j->at[l]] = 1; /* its state stays as it was */
-                run.left[l] = 0.0;
-                j->rest[l] = -1.0;
-                take_next(j, &g, &run, l);
-            } else if (there && !waiting) {
-                if (j->rest[l] > 0.0) {
-                    begin_stretch(j, &g, &run, l);
-                } else {
-                    arrive(j, &g, &run, l);
-                    j->rest[l] = -1.0;
-                    take_next(j, &g, &run, l);
+            int hopeless = !there && is_hopeless(&run, l, j->step);
+            if (there && !waiting && j->rest[l] > 0.0) {
+                begin_stretch(j, &g, &run, l);
+            } else if (hopeless || (there && !waiting)) {
+                if (hopeless) give_up(j, &run, l);
+                for (int k = l; k < l + axles; k++) {
+                    if (!hopeless) arrive(j, &g, &run, k);
+                    j->rest[k] = -1.0;
                 }
+                take_next(j, &g, &run, l);
             }
             busy |= run.left[l] > 0.0;
         }
     }
 }
 
-void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
+/* Whether the wheels of each axle of a vehicle remember the same. */
+static int are_alike(const drivetrain_member *members, const drivetrain_input *input,
+                     const drivetrain_state *state, size_t axles) {
+    int alike = 1;
+    for (size_t i = 0; i < axles; i++) alike &= is_alike(&members[i], &input[i], &state[i]);
+    return alike;
+}
+
+void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n, size_t axles,
                                    drivetrain_input *input, drivetrain_state *state, double time,
                                    double step, double tolerance, double *substep,
                                    unsigned char *failed) {
@@ -249,19 +295,25 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n,
     if (!(step > 0.0)) return;
     for (size_t i = 0, count; i < n; i += count) {
         count = count_of_one_kind(&members[i], n - i);
-        int alike = is_alike(&members[i], &input[i], &state[i]);
-        for (size_t k = 1; k < count; k++)
-            if (is_alike(&members[i + k], &input[i + k], &state[i + k]) != alike) count = k;
+        count -= count % axles;
+        if (count == 0) { /* a vehicle of several kinds, which has no common equations */
+            for (; count < axles; count++) failed[i + count] = 1;
+            continue;
+        }
+        int alike = are_alike(&members[i], &input[i], &state[i], axles);
+        for (size_t k = axles; k < count; k += axles)
+            if (are_alike(&members[i + k], &input[i + k], &state[i + k], axles) != alike) count = k;
         journey j = {.members = &members[i],
                      .input = &input[i],
                      .state = &state[i],
                      .tried = &substep[i],
                      .failed = &failed[i],
                      .n = count,
+                     .axles = axles,
                      .start = time,
                      .step = step,
                      .tolerance = tolerance};
-        advance(&j);
+        advance(&j, alike);
     }
 }
 

@@ -28,9 +28,11 @@ typedef lanes rows[MAX_ROWS];
 typedef lanes matrix[MAX_ROWS][MAX_STATES];
 
 /* Equations y' = f(y). The first rows are states; the others are integrals such as works, on which
- * no rate depends. */
+ * no rate depends. Neighbouring lanes may be parts of one system that share its last state: they
+ * have the same value and rate of it, and the Jacobian's row of it is that of each part. */
 typedef struct {
     int states, rows;
+    int parts;           /* of one system, in as many lanes; 1 if each lane is a system */
     int place[MAX_ROWS]; /* of each row in y, f and the Jacobian; below MAX_STATES for a state */
     void *model;
     /* Rates of all rows and, unless jacobian is NULL, their derivatives by the states. */
@@ -39,10 +41,40 @@ typedef struct {
     void (*error_size)(void *model, lanes *y, lanes *error, lanes size);
 } equations;
 
-/* Factorize a = l u in place, with an inverted diagonal. Rows are not exchanged: the diagonal holds
- * 1/(gamma h), and if a growing mode cancels it, the error control takes a shorter substep. */
-static inline void factorize(int n, lanes a[MAX_STATES][MAX_STATES]) {
+/* Number of lanes with systems; others stay idle. */
+static inline int lanes_used(const equations *p) { return LANES - LANES % p->parts; }
+
+/* Whether a lane has the first part of a system. */
+static inline int is_first(const equations *p, int l) {
+    return l >= lanes_used(p) || l % p->parts == 0;
+}
+
+/* Give each part of a system the sum over its parts. */
+static inline void add_parts(const equations *p, lanes x) {
+    for (int first = 0; p->parts > 1 && first < lanes_used(p); first += p->parts) {
+        double sum = 0.0;
+        for (int i = 0; i < p->parts; i++) sum += x[first + i];
+        for (int i = 0; i < p->parts; i++) x[first + i] = sum;
+    }
+}
+
+/* Give each part of a system the largest of its numbers, or NaN. */
+static inline void spread_largest(const equations *p, lanes x) {
+    for (int first = 0; p->parts > 1 && first < lanes_used(p); first += p->parts) {
+        double most = 0.0;
+        for (int i = 0; i < p->parts; i++) most = x[first + i] <= most ? most : x[first + i];
+        for (int i = 0; i < p->parts; i++) x[first + i] = most;
+    }
+}
+
+/* Factorize a = l u in place, with an inverted diagonal. The last pivot of a system with parts is
+ * the sum of theirs (a Schur complement), as no other state of a part depends on another part. Rows
+ * are not exchanged: the diagonal holds 1/(gamma h), and if a growing mode cancels it, the error
+ * control takes a shorter substep. */
+static inline void factorize(const equations *p, lanes a[MAX_STATES][MAX_STATES]) {
+    int n = p->states;
     for (int k = 0; k < n; k++) {
+        if (k == n - 1) add_parts(p, a[k][k]);
         EACH_LANE (l) a[k][k][l] = 1.0 / a[k][k][l];
         for (int i = k + 1; i < n; i++) {
             EACH_LANE (l) a[i][k][l] *= a[k][k][l];
@@ -52,13 +84,17 @@ static inline void factorize(int n, lanes a[MAX_STATES][MAX_STATES]) {
     }
 }
 
-static inline void solve(int n, lanes lu[MAX_STATES][MAX_STATES], lanes b[MAX_ROWS],
+static inline void solve(const equations *p, lanes lu[MAX_STATES][MAX_STATES], lanes b[MAX_ROWS],
                          lanes x[MAX_ROWS]) {
+    int n = p->states;
     for (int i = 0; i < n; i++) {
         EACH_LANE (l) x[i][l] = b[i][l];
+        for (int l = 0; i == n - 1 && l < LANES; l++)
+            if (!is_first(p, l)) x[i][l] = 0.0;
         for (int c = 0; c < i; c++)
             EACH_LANE (l) x[i][l] -= lu[i][c][l] * x[c][l];
     }
+    add_parts(p, x[n - 1]);
     for (int i = n - 1; i >= 0; i--) {
         for (int c = i + 1; c < n; c++)
             EACH_LANE (l) x[i][l] -= lu[i][c][l] * x[c][l];
@@ -120,7 +156,7 @@ typedef struct {
  * states'. */
 static void stage(factors *s, double gamma, rows b, rows k) {
     const equations *p = s->problem;
-    solve(p->states, s->lu, b, k);
+    solve(p, s->lu, b, k);
     for (int i = p->states; i < p->rows; i++) {
         EACH_LANE (l) k[i][l] = b[i][l];
         for (int c = 0; c < p->states; c++)
@@ -172,7 +208,10 @@ ALWAYS_INLINE void rosenbrock_stages(const rosenbrock_method *m, factors *s, row
             EACH_LANE (l)
                 s->lu[i][c][l] = (i == c ? 1.0 / m->gamma * s->inverse[l] : 0.0) -
                                  (*s->j)[p->place[i]][p->place[c]][l];
-    factorize(p->states, s->lu);
+    lanes *last = &s->lu[p->states - 1][p->states - 1];
+    for (int l = 0; l < LANES; l++)
+        if (!is_first(p, l)) (*last)[l] -= 1.0 / m->gamma * s->inverse[l];
+    factorize(p, s->lu);
     memcpy(next, y, sizeof(rows));
     rosenbrock_stage(m, 0, s, y, next, f, k);
     rosenbrock_stage(m, 1, s, y, next, f, k);
@@ -250,6 +289,7 @@ static inline void rosenbrock_substep(const equations *p, integration *s, double
     if (fine) rodas5p(&one, s->y, f, next, error, k);
     else rodas3(&one, s->y, f, next, error, k);
     p->error_size(p->model, next, error, ratio);
+    spread_largest(p, ratio);
     EACH_LANE (l) {
         double part = ratio[l] / tolerance, factor = stretch_of_step(part, fine);
         int runs = s->left[l] > 0.0, taking = runs & (part <= 1.0);

@@ -67,11 +67,13 @@ const char *wheelset_advance_wide(const creep_table *table, wheelset_task *tasks
     return CHOOSE(wheelset_advance_many)(table, tasks, n, step, failed);
 }
 
-void drivetrain_advance_many(const drivetrain_member *members, size_t n, drivetrain_input *input,
-                             drivetrain_state *state, double time, double step, double tolerance,
-                             double *substep, unsigned char *failed) {
-    (n <= FEW ? drivetrain_advance_many_in_turn : CHOOSE(drivetrain_advance_many))(
-        members, n, input, state, time, step, tolerance, substep, failed);
+void drivetrain_advance_many(const drivetrain_member *members, size_t n, size_t axles,
+                             drivetrain_input *input, drivetrain_state *state, double time,
+                             double step, double tolerance, double *substep,
+                             unsigned char *failed) {
+    int in_turn = n <= FEW && axles == 1; /* the axles of a vehicle need a lane each */
+    (in_turn ? drivetrain_advance_many_in_turn : CHOOSE(drivetrain_advance_many))(
+        members, n, axles, input, state, time, step, tolerance, substep, failed);
 }
 
 void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t rows,

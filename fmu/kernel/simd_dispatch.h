@@ -30,9 +30,9 @@
     void force_element_evaluate_each_##suffix(const creep_table *, const force_task *, size_t);    \
     const char *wheelset_advance_many_##suffix(const creep_table *, wheelset_task *, size_t,       \
                                                double, size_t *);                                  \
-    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, drivetrain_input *,   \
-                                          drivetrain_state *, double, double, double, double *,    \
-                                          unsigned char *);                                        \
+    void drivetrain_advance_many_##suffix(const drivetrain_member *, size_t, size_t,               \
+                                          drivetrain_input *, drivetrain_state *, double, double,  \
+                                          double, double *, unsigned char *);                      \
     void drivetrain_evaluate_many_##suffix(const drivetrain_member *, size_t, size_t,              \
                                            const drivetrain_input *, const drivetrain_state *,     \
                                            drivetrain_output *);                                   \
@@ -44,7 +44,7 @@ WIDE_FUNCTIONS(avx2)
 WIDE_FUNCTIONS(avx512)
 
 /* The versions for a few drivetrains. */
-void drivetrain_advance_many_in_turn(const drivetrain_member *members, size_t n,
+void drivetrain_advance_many_in_turn(const drivetrain_member *members, size_t n, size_t axles,
                                      drivetrain_input *input, drivetrain_state *state, double time,
                                      double step, double tolerance, double *substep,
                                      unsigned char *failed);

@@ -108,10 +108,10 @@ static void motion_error_size(void *model, rows y, rows error, lanes size) {
 
 static inline equations motion_equations(motion *m) {
     int count = memory_states_of(m);
-    equations wheelset = {2 + count, 2 + count,       {0, 1, 2, 3, 4, 5, 6},
-                          m,         motion_rates_of, motion_error_size};
-    equations memory = {1 + count, 1 + count,       {0, 2, 3, 4, 5, 6},
-                        m,         motion_rates_of, memory_error_size};
+    equations wheelset = {2 + count,       2 + count,        1, {0, 1, 2, 3, 4, 5, 6}, m,
+                          motion_rates_of, motion_error_size};
+    equations memory = {1 + count,       1 + count,        1, {0, 2, 3, 4, 5, 6}, m,
+                        motion_rates_of, memory_error_size};
     return m->prescribed ? memory : wheelset;
 }
 

@@ -329,7 +329,7 @@ wheelset_run *wheelset_run_begin(const drivetrain_member *member, const run_stre
     run->changes = memcmp(&given->from, &given->to, sizeof given->to) != 0;
     set_kind(&run->wheels, member, 1);
     int last = remembers(member->contact) ? ROW_DISTANCE : ROW_HELD;
-    run->problem = (equations){.model = run, .rates = rates_of_loop, .states = last};
+    run->problem = (equations){.parts = 1, .model = run, .rates = rates_of_loop, .states = last};
     for (int i = 0; i < RUN_ROWS; i++)
         if (i < last || i >= ROW_DISTANCE) run->problem.place[run->problem.rows++] = i;
     memcpy(run->now, first, RUN_ROWS * sizeof(double));

@@ -34,9 +34,9 @@ static void euler_substep(const equations *problem, integration *run) {
         for (int c = 0; c < n; c++)
             s.lu[i][c][0] =
                 (i == c ? s.inverse[0] : 0.0) - run->j[problem->place[i]][problem->place[c]][0];
-    factorize(n, s.lu);
+    factorize(problem, s.lu);
     for (int i = 0; i < n; i++) after[i][0] = f[problem->place[i]][0];
-    solve(n, s.lu, after, change);
+    solve(problem, s.lu, after, change);
     for (int i = 0; i < n; i++) run->y[problem->place[i]][0] += change[i][0];
     force_element_input held;
     take(m->contact.in, 0, FIELDS(force_element_input), (double *)&held);
@@ -46,7 +46,7 @@ static void euler_substep(const equations *problem, integration *run) {
     problem->rates(m, run->y, after, NULL);
     for (int i = 0; i < n; i++)
         after[i][0] = 0.5 * (after[problem->place[i]][0] - f[problem->place[i]][0]);
-    solve(n, s.lu, after, change);
+    solve(problem, s.lu, after, change);
     memset(f, 0, sizeof f);
     for (int i = 0; i < n; i++) f[problem->place[i]][0] = change[i][0];
     problem->error_size(m, run->y, f, run->error);

@@ -446,8 +446,8 @@ static void test_drivetrains(const creep_table *table, const force_element_param
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrain_advance_many(&member, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0), 1e-3,
-                                &substep, &failed);
+        drivetrain_advance_many(&member, 1, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0),
+                                1e-3, &substep, &failed);
         const double *numbers = (const double *)&d.state;
         for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
         CHECK(!failed || memcmp(&d.state, &before.state, sizeof d.state) == 0);
@@ -543,8 +543,8 @@ static void test_run(const creep_table *table, const force_element_parameters *c
 
 /* What is done to many, by name of the vectors. */
 typedef struct {
-    void (*advance)(const drivetrain_member *, size_t, drivetrain_input *, drivetrain_state *,
-                    double, double, double, double *, unsigned char *);
+    void (*advance)(const drivetrain_member *, size_t, size_t, drivetrain_input *,
+                    drivetrain_state *, double, double, double, double *, unsigned char *);
     void (*evaluate)(const drivetrain_member *, size_t, size_t, const drivetrain_input *,
                      const drivetrain_state *, drivetrain_output *);
     void (*ratios)(const creep_table *, size_t, const double *, const double *, size_t,
@@ -585,7 +585,7 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
         in[i] = given[i].in;
         state[i] = given[i].state;
     }
-    with->advance(members, MANY, in, state, 0.0, 5e-4, 1e-2, tried, failed);
+    with->advance(members, MANY, 1, in, state, 0.0, 5e-4, 1e-2, tried, failed);
     for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
     with->evaluate(members, MANY, 1, in, state, out);
 }
@@ -671,7 +671,7 @@ static void test_widths(const creep_table *table, const force_element_parameters
     for (int i = 0; i < MANY; i++) {
         double substep = 0.0;
         unsigned char fails = 0;
-        drivetrain_advance_many(&members[i], 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
+        drivetrain_advance_many(&members[i], 1, 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
                                 &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
