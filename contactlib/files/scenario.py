@@ -52,9 +52,11 @@ from contactlib.vehicle.continuous_control import (
 )
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
+from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
+WHEELSET = "wheelset"  # key of [vehicle] that names the model file of its axles
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
@@ -146,28 +148,33 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
 
     The folder is that of the file that names the law's data: the scenario's if a change does.
     """
-    name = text("vehicle", data["vehicle"])
+    given = data["vehicle"]
+    if isinstance(given, dict):
+        check_keys("vehicle.", {**given}, [WHEELSET, *declared(Vehicle)], [WHEELSET])
+        name = text(f"vehicle.{WHEELSET}", given[WHEELSET])
+    else:
+        name = text("vehicle", given)
     changes = subsection("vehicle_changes", data.get("vehicle_changes", {}))
     check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
     with Mistakes(changes) as mistakes:
-        given = {
+        changed = {
             name: mistakes.of(
                 read_section, f"vehicle_changes.{name}", VEHICLE_SECTIONS[name], table, whole=False
             )
             for name, table in changes.items()
         }
-    label = f"vehicle {name} changed" if given else f"vehicle {name}"
+    label = f"vehicle {name} changed" if changed else f"vehicle {name}"
     with in_file(label):
         file = file_beside("vehicle", name, folder, "the scenario")
         vehicle = parse(file)
         if "vehicle" not in vehicle:  # else `build_model` refuses it as a scenario
-            if "condition" in given.get("friction", {}):  # it replaces the vehicle's own rails
+            if "condition" in changed.get("friction", {}):  # it replaces the vehicle's own rails
                 body = subsection("wheelset", vehicle.get("wheelset", {}))
                 vehicle |= {"friction": {}, "wheelset": without(body, *SLOPE)}
-            for section, keys in given.items():
+            for section, keys in changed.items():
                 vehicle[section] = {**subsection(section, vehicle.get(section, {})), **keys}
             vehicle = dict(with_condition(vehicle))  # so that a sweep finds its numbers
-    return label, vehicle, folder if "file" in given.get("law", {}) else file.parent
+    return label, vehicle, folder if "file" in changed.get("law", {}) else file.parent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,7 +186,10 @@ class Scenario(Parameters):
     name, source : str
         Title, and the origin of the numbers.
     drivetrain : Drivetrain
-        Vehicle, axle, motor and brake.
+        Wheelset, axle, motor and brake; those of each axle of a vehicle.
+    vehicle : Vehicle or None
+        Axles of a vehicle, which `run_vehicle` runs; None for a single wheelset. The mass of each
+        wheelset is its share of the vehicle's.
     track : Track
         Friction and slope over distance, and friction over time.
     wheel_load : WheelLoad or None
@@ -217,6 +227,7 @@ class Scenario(Parameters):
     name: str
     source: str
     drivetrain: Drivetrain
+    vehicle: Vehicle | None = None
     track: Track = field(default_factory=Track)
     wheel_load: WheelLoad | None = None
     demand: Profile
@@ -240,6 +251,8 @@ class Scenario(Parameters):
                 f"initial_speed = {self.initial_speed!r} must equal held_speed at the start, "
                 f"{float(self.held_speed(0.0))!r}"
             )
+        if self.vehicle is not None:
+            self._check_axles(self.vehicle)
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
         designed: dict[str, Controller | ContinuousController] = {}
@@ -256,6 +269,20 @@ class Scenario(Parameters):
             designed[name] = control
         object.__setattr__(self, "controllers", ReadOnly(self.controllers))
         object.__setattr__(self, "_designed", ReadOnly(designed))
+
+    def _check_axles(self, vehicle: Vehicle) -> None:
+        """Refuse what axles of a vehicle cannot have."""
+        share = vehicle.mass / vehicle.axles
+        if self.drivetrain.wheelset.mass != share:
+            raise ValueError(
+                f"drivetrain.wheelset.mass = {self.drivetrain.wheelset.mass!r} must be the "
+                f"vehicle's mass over its number of axles, {share!r}"
+            )
+        if self.wheel_load is not None:
+            raise ValueError(
+                "wheel_load is for one wheelset: a vehicle's loads follow from its forces; leave "
+                "out [wheel_load] or [vehicle]"
+            )
 
     @cached_property
     def rails(self) -> Track:
@@ -336,6 +363,7 @@ def speed_over_time(*, time: Annotated[Values, TIME], speed: Annotated[Values, S
 
 # Sections of a scenario that do not depend on its vehicle: what they describe, and their keys.
 MADE: Mapping[str, Callable[..., Any]] = {
+    "vehicle": Vehicle,
     "demand": demand_over_time,
     "axle": Axle,
     "motor": Motor,
@@ -351,6 +379,7 @@ SECTIONS: Mapping[str, Keys] = {
     "track": {**declared(Track.from_breakpoints), **declared(TrackConditions)},
 }
 ABSENT = (
+    "vehicle",
     "axle",
     "brake",
     "wheel_load",
@@ -361,13 +390,16 @@ KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 def read_sections(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     """Read all sections, so that all mistakes come at once; None for a section that is absent."""
+    sections = without(data, "vehicle")
+    if isinstance(data.get("vehicle"), dict):
+        sections = {**sections, "vehicle": without(data["vehicle"], WHEELSET)}
     with Mistakes(data) as mistakes:
         for key, read in (("name", title), ("source", text)):
             if key in data:
                 mistakes.of(read, key, data[key])
         return {
-            name: mistakes.of(cache.section, name, keys, data, MADE.get(name, dict))
-            if name in data or name not in (*ABSENT, *NEEDED)
+            name: mistakes.of(cache.section, name, keys, sections, MADE.get(name, dict))
+            if name in sections or name not in (*ABSENT, *NEEDED)
             else None
             for name, keys in SECTIONS.items()
         }
@@ -507,8 +539,9 @@ def build_scenario(
         track = cache("conditions", factors_of_conditions, data["track"], wheelset.element)
         data = {**data, "track": track}
     made = read_sections(data, cache)
-    run, parts = made["run"], [made[name] for name in ("axle", "motor", "brake")]
+    run, parts = made["run"], [made[name] for name in ("vehicle", "axle", "motor", "brake")]
     drivetrain = cache("drivetrain", _drivetrain, wheelset, *parts)
+    wheelset = drivetrain.wheelset
     initial_speed, held_speed = cache(
         "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
@@ -525,12 +558,18 @@ def build_scenario(
         drivetrain=drivetrain,
         held_speed=held_speed,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
-        **{key: made[key] for key in ("track", "wheel_load", "demand", "sensors")},
+        **{key: made[key] for key in ("vehicle", "track", "wheel_load", "demand", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )
 
 
 def _drivetrain(
-    wheelset: Wheelset, axle: Axle | None, motor: Motor, brake: Brake | None
+    wheelset: Wheelset,
+    vehicle: Vehicle | None,
+    axle: Axle | None,
+    motor: Motor,
+    brake: Brake | None,
 ) -> Drivetrain:
+    if vehicle is not None:
+        wheelset = replace(wheelset, mass=vehicle.mass / vehicle.axles)
     return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake)

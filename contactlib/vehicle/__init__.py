@@ -6,6 +6,7 @@ from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.track import Profile, RailState, Track
+from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Resistance, Wheelset
 
@@ -26,6 +27,7 @@ __all__ = [
     "SteadyStates",
     "TorqueControl",
     "Track",
+    "Vehicle",
     "WheelLoad",
     "Wheelset",
     "WorstPole",

@@ -423,8 +423,8 @@ LONGEST = 1e5  # stretch of rails whose cleaning is known [m]
 class RailState:
     """Slip work on both rails of a track by the axles of a train, for those behind.
 
-    The library's runs are of single wheelsets. In your own model of a train each axle finds the
-    friction that the axles in front have left, by the work of all of them.
+    Each axle finds the friction that the axles in front have left, by the work of all of them.
+    `run_vehicle` uses it, and your own model of a train can.
 
     Parameters
     ----------
@@ -457,10 +457,12 @@ class RailState:
         scale = self._track.friction_scale(distance, time)
         if not self.cleans:
             return scale
+        return self._track.cleaned(scale, self.work_before(distance))
+
+    def work_before(self, distance: FloatArray) -> FloatArray:
+        """Slip work that the axles in front of each have left at its distance [J/m], (n, 2)."""
         before = np.cumsum(self._work[self._cells(distance)], axis=1)
-        places = range(1, len(scale))
-        done = np.stack([np.zeros(2), *(before[i, i - 1] for i in places)])
-        return self._track.cleaned(scale, done)
+        return np.stack([np.zeros(2), *(before[i, i - 1] for i in range(1, len(distance)))])
 
     def slide(self, distance: FloatArray, work: FloatArray) -> None:
         """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m]."""

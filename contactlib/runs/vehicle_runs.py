@@ -1,0 +1,301 @@
+"""Runs of a vehicle: the plant of its axles, which share their speed, their loads and the rails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contactlib import kernel
+from contactlib.base.lazy import optional_library
+from contactlib.base.quantities import FloatArray, ReadOnly, checked_number, checked_whole, shown, warn
+
+from contactlib.files.scenario import Scenario
+from contactlib.runs.damage import warn_of_damage
+from contactlib.runs.plant import TOLERANCE, Runs, timing
+from contactlib.runs.result import WORKS, Result
+from contactlib.runs.scenario_runs import Kept
+from contactlib.traction.batching import stacked
+from contactlib.traction.interface import Controller, TractionController, checked_controller
+from contactlib.traction.sensors import INDEX
+from contactlib.vehicle.track import Profile, RailState
+from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.vehicle.vehicle import MAX_AXLES, Vehicle
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
+TOTALS = ("creep_force", "available_force", "drive_torque", *WORKS, "stored_energy")
+
+
+def axles_of(scenario: Scenario) -> list[Scenario]:
+    """The scenario of each axle of a vehicle, with the part of the demand that it has."""
+    vehicle = scenario.vehicle
+    if vehicle is None:
+        raise ValueError("scenario.vehicle = None has no axles: run_scenario runs one wheelset")
+    designed = {name: scenario.any_controller(name) for name in scenario.controllers}
+    return [
+        replace(
+            scenario,
+            vehicle=None,
+            demand=demand_of_axle(scenario.demand, vehicle, number),
+            controllers=designed,
+        )
+        for number in range(1, vehicle.axles + 1)
+    ]
+
+
+def demand_of_axle(demand: Profile, vehicle: Vehicle, number: int) -> Profile:
+    """The demand [N.m], without its traction or braking where the axle of a number has none."""
+    driven = not vehicle.driven or number in vehicle.driven
+    braked = not vehicle.braked or number in vehicle.braked
+    low, high = 0.0 if not braked else -math.inf, 0.0 if not driven else math.inf
+    if low <= min(demand.value) and max(demand.value) <= high:
+        return demand
+    at, value = list(demand.at), list(demand.value)
+    for (t0, a), (t1, b) in pairwise(zip(demand.at, demand.value, strict=True)):
+        if a * b < 0.0 and t1 > t0:  # a corner where the demand changes its sign
+            at.append(t0 + (t1 - t0) * a / (a - b))
+            value.append(0.0)
+    order = np.argsort(at, kind="stable")
+    return Profile(
+        tuple(np.array(at)[order].tolist()),
+        tuple(np.clip(np.array(value)[order], low, high).tolist()),
+    )
+
+
+class VehicleRuns(Runs):
+    """Runs of vehicles of equally many axles: of all their axles side by side.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        One for each vehicle.
+    control, timing, index, tolerance
+        As for `Runs`, with the controller of all axles; the index is that of each vehicle.
+    """
+
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        control: TractionController,
+        timing: Any,
+        *,
+        index: Sequence[int],
+        tolerance: float,
+    ) -> None:
+        self._vehicles = [scenario.vehicle for scenario in scenarios if scenario.vehicle]
+        self.axles = self._vehicles[0].axles
+        self._rails: list[RailState] = []
+        super().__init__(
+            [axle for scenario in scenarios for axle in axles_of(scenario)],
+            control,
+            timing,
+            index=[MAX_AXLES * i + axle for i in index for axle in range(self.axles)],
+            tolerance=tolerance,
+        )
+
+    def _native(self) -> kernel.NativeFleet:
+        tracks = (track.native for track in self.tracks)
+        members = [t.member(track) for t, track in zip(self.trains, tracks, strict=True)]
+        return kernel.NativeFleet(members, self.axles)
+
+    def _begin(self, index: Sequence[int]) -> None:
+        """Find the first state under the loads of its own forces."""
+        grades = [train.wheelset.resistance.grade for train in self.trains]
+        self._weight = STANDARD_GRAVITY * np.array(grades)
+        lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
+        step = self._timing.step
+        self._follow = -np.expm1(-np.divide(step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0))
+        self._load = 0.5 * self._by_statics(np.zeros(lags.size), np.zeros(lags.size))
+        for _ in range(SETTLING):
+            super()._begin(index)
+            self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
+            forces = self.fleet.evaluate(self._inputs[0], self._states)
+            self._load = 0.5 * self._loads_under(forces)
+        self._rails = [self._rail_state(i) for i in range(len(self._vehicles))]
+
+    def _behind(self) -> FloatArray:
+        """Distance of each axle behind the first one of its vehicle [m]."""
+        return np.concatenate([vehicle.position for vehicle in self._vehicles])
+
+    def _rail_state(self, vehicle: int) -> RailState:
+        """Slip work on the rails of a vehicle's run, as far as it can come."""
+        first = vehicle * self.axles
+        scenario = self._scenarios[first]
+        fastest = abs(scenario.initial_speed) + 5.0 * scenario.duration
+        reach = min(fastest * scenario.duration + 10.0, 9e4)
+        distance = self._states["distance"][first : first + self.axles]
+        return RailState(scenario.rails, np.array(distance), reach)
+
+    def _by_statics(self, force: FloatArray, acceleration: FloatArray) -> FloatArray:
+        """Load of each axle [N]."""
+        loads = []
+        for i, vehicle in enumerate(self._vehicles):
+            own = slice(i * self.axles, (i + 1) * self.axles)
+            loads.append(
+                vehicle.loads(
+                    force[own],
+                    acceleration=float(acceleration[own].mean()),
+                    radius=float(self.radius[own][0]),
+                )
+            )
+        return np.concatenate(loads)
+
+    def _loads_under(self, forces: Any) -> FloatArray:
+        """Loads of the axles under the kernel's outputs [N]."""
+        force = forces["creep_force_left"] + forces["creep_force_right"]
+        return self._by_statics(force, forces["speed_rate"] + self._weight)
+
+    def _advance(self, place: int, row: int, step: float) -> None:
+        inputs = self._inputs[place]
+        inputs["load_left"] = inputs["load_right"] = self._load
+        super()._advance(place, row, step)
+        if step > 0.0:
+            forces = self.fleet.evaluate(inputs, self._states)
+            self._load = self._load + self._follow * (0.5 * self._loads_under(forces) - self._load)
+
+    def _clean(self, inputs: Any) -> None:
+        """Find how far each wheel's rail is clean, by its own work and that of axles in front."""
+        speed, forces = self._states["speed"], self.fleet.evaluate(inputs, self._states)
+        works = []
+        for side in self._cleaned:
+            slip = self.radius * self._states[f"omega_{side}"] - speed
+            works.append(
+                np.maximum(
+                    forces[f"creep_force_{side}"] * slip / np.maximum(np.abs(speed), self._slowest),
+                    0.0,
+                )
+            )
+        own = np.stack(works, axis=-1)
+        for i, rails in enumerate(self._rails):
+            of = slice(i * self.axles, (i + 1) * self.axles)
+            distance = self._states["distance"][of]
+            rails.slide(distance, own[of])
+            own[of] += rails.work_before(distance)
+        for side, work in zip(self._cleaned, own.T, strict=True):
+            self._cleaned[side] = -np.expm1(-self._cleaning * work)
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleResult:
+    """Time series of a run of a vehicle.
+
+    Attributes
+    ----------
+    axles : tuple of Result
+        Signals of each axle, the first one at the front.
+    vehicle : Vehicle
+        The vehicle.
+    """
+
+    axles: tuple[Result, ...]
+    vehicle: Vehicle
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+        return self.axles[0].time
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the signals."""
+        return self.axles[0].units
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """A signal of all axles, shape (rows, n)."""
+        return np.stack([axle[name] for axle in self.axles], axis=-1)
+
+    def total(self, name: str) -> FloatArray:
+        """Sum of a force, torque, work or energy over the axles."""
+        if name not in TOTALS:
+            raise KeyError(f"no total of {name!r}: there are {', '.join(TOTALS)}")
+        return np.asarray(self[name].sum(axis=-1))
+
+    @property
+    def totals(self) -> Mapping[str, FloatArray]:
+        """All totals, and the speed, by name."""
+        sums = {name: self.total(name) for name in TOTALS if name in self.units}
+        return ReadOnly({"speed": self.axles[0]["speed"], **sums})
+
+    def to_xarray(self) -> Dataset:
+        """Convert to an `xarray.Dataset` over time and axle, whose numbers start at 1."""
+        xarray = optional_library("xarray")
+        numbers = xarray.Variable("axle", np.arange(1, len(self.axles) + 1))
+        parts = [axle.to_xarray() for axle in self.axles]
+        made: Dataset = xarray.concat(parts, dim=numbers, coords="minimal").transpose("time", "axle")
+        return made
+
+
+def run_vehicle(
+    scenario: Scenario,
+    controller: str | Controller,
+    *,
+    index: int = 0,
+    step: float | None = None,
+    tolerance: float = 1e-7,
+    progress: Callable[[float], object] = lambda part: None,
+) -> VehicleResult:
+    """Run a scenario of a vehicle, each axle under a copy of one controller.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario with `vehicle`.
+    controller : str, SampledController or TractionController
+        Name of one of the scenario's controllers, or an object of your own.
+    index : int, optional
+        Index of the run, from which the noise of each axle's sensors is drawn.
+    step : float, optional
+        Time between rows, over which friction and loads are held [s]. Default: as for
+        `run_scenario`.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    progress : callable, optional
+        Called with the fraction of the duration that is done, from 0 to 1.
+
+    Returns
+    -------
+    VehicleResult
+        Signals of `run_scenario` of each axle; places are those of the axle.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or no steady state holds the first demand.
+    RuntimeError
+        If the integrator gives up, or the controller raises an error.
+    """
+    if not isinstance(scenario, Scenario) or scenario.vehicle is None:
+        raise ValueError(
+            f"scenario: expected a Scenario with a vehicle, got {shown(scenario)}; a scenario file "
+            "has [vehicle]"
+        )
+    if isinstance(controller, str):
+        chosen = scenario.controller(controller)
+    else:
+        chosen = checked_controller("controller", controller)
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
+    index = checked_whole("index", index, INDEX)
+    when = timing(scenario, chosen.sample_time, step)
+    control = stacked([chosen] * scenario.vehicle.axles)
+    runs = VehicleRuns([scenario], control, when, index=[index], tolerance=tolerance)
+    for number, error in runs.refused.items():
+        raise ValueError(f"axle {number + 1}: {error}")
+    kept = Kept(when)
+    for block in runs.blocks():
+        if runs.failed.any():
+            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
+        progress(kept.add(block))
+    result = VehicleResult(tuple(kept.results()), scenario.vehicle)
+    for axle in result.axles:
+        warn_of_damage(axle)
+    places = result["distance"]
+    if doubt := scenario.rails.doubt(float(places.min()), float(places.max())):
+        warn(doubt)
+    return result

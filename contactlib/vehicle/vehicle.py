@@ -1,0 +1,171 @@
+"""A rail vehicle: axles behind one another under bogies and body, and the loads by statics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
+from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.vehicle.track import Values
+
+MASS = Quantity("kg", at_least=0.0, at_most=1e8, usual=(0.0, 3e6))
+BODY_MASS = Quantity("kg", above=0.0, at_most=1e8, usual=(1e3, 3e5))
+HEIGHT = Quantity("m", at_least=0.0, at_most=10.0, usual=(0.0, 3.0))
+MAX_AXLES = 8  # as in fmu/kernel/drivetrain.h, which has a lane for each
+NUMBER = Quantity("1", whole=True, at_least=1, at_most=8)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle(Parameters):
+    """Axles of one vehicle, which share its speed.
+
+    Each axle is the wheelset of the vehicle's model file, with its own motor or brake, sensors,
+    controller and contacts. `loads` gives the loads of the axles by statics of rigid bodies in the
+    vertical plane: equal springs on all axles of a bogie and under both ends of the body.
+
+    Parameters
+    ----------
+    position : tuple of float
+        Distance of each axle behind the first one, from zero on [m]; 2 to 8 axles.
+    axles_per_bogie : float, optional
+        Number of axles of each bogie. Its pivot is in the middle of them. Default: 2.
+    body_mass, bogie_mass, wheelset_mass : float
+        Masses of the body, of one bogie without its wheelsets and of one wheelset [kg].
+    train_mass : float, optional
+        Mass of the train behind the coupler [kg]. Default: 0.
+    body_height, bogie_height, pivot_height, coupler_height : float
+        Heights above the rail of the centres of mass of body and bogies, of the places at which the
+        bogies pull the body, and of the coupler [m].
+    load_lag : float, optional
+        Time constant with which the loads follow the forces, that of the suspension [s]. Default:
+        0.1.
+    driven, braked : tuple of float, optional
+        Numbers of the axles, from 1, on which motors and brakes act. Default: all.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, the positions are not increasing from zero, or the axles do not
+        fill the bogies.
+
+    Notes
+    -----
+    A bogie under the forces Q_i of its axles at the rails, with the acceleration a, pulls the body
+    by H = sum Q_i - m a, and its axles' loads differ by the moment
+
+        H pivot_height + m_bogie a bogie_height + m_wheelsets a r.
+
+    The body's pivots differ by that of the coupler's force and of its own inertia about the pivots'
+    height. On a grade, a contains the weight's part along the track. Omitted are the moments of
+    the wheelsets' and rotors' angular acceleration.
+
+    Examples
+    --------
+    >>> four = Vehicle(
+    ...     position=(0.0, 3.0, 9.9, 12.9), body_mass=53.6e3, bogie_mass=13e3, wheelset_mass=2.6e3,
+    ...     train_mass=480e3, body_height=1.8, bogie_height=0.6, pivot_height=0.4,
+    ...     coupler_height=1.04)
+    >>> (four.loads([50e3] * 4, acceleration=0.2, radius=0.5) / 1e3).round(1).tolist()
+    [200.6, 234.2, 207.1, 240.7]
+    """
+
+    position: Annotated[Values, Quantity("m", at_least=0.0, at_most=100.0)]
+    axles_per_bogie: Annotated[float, NUMBER] = 2
+    body_mass: Annotated[float, BODY_MASS]
+    bogie_mass: Annotated[float, MASS]
+    wheelset_mass: Annotated[float, MASS]
+    train_mass: Annotated[float, MASS] = 0.0
+    body_height: Annotated[float, HEIGHT]
+    bogie_height: Annotated[float, HEIGHT]
+    pivot_height: Annotated[float, HEIGHT]
+    coupler_height: Annotated[float, HEIGHT]
+    load_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)] = 0.1
+    driven: Annotated[Values, NUMBER] = ()
+    braked: Annotated[Values, NUMBER] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        n = self.axles
+        if not 2 <= n <= MAX_AXLES:
+            raise ValueError(
+                f"position has {n} entries: a vehicle has 2 to {MAX_AXLES} axles"
+            )
+        if self.position[0] != 0.0 or (np.diff(self.position) <= 0.0).any():
+            raise ValueError(
+                f"position = {self.position!r} must start with 0 and be strictly increasing: it is "
+                "the distance of each axle behind the first one"
+            )
+        if n % self.axles_per_bogie or n == self.axles_per_bogie:
+            raise ValueError(
+                f"axles_per_bogie = {self.axles_per_bogie!r} must give two or more bogies of "
+                f"{n} axles"
+            )
+        for name in ("driven", "braked"):
+            if any(not number <= n for number in getattr(self, name)):
+                raise ValueError(f"{name} = {getattr(self, name)!r} must be numbers from 1 to {n}")
+
+    @property
+    def axles(self) -> int:
+        """Number of axles."""
+        return len(self.position)
+
+    @property
+    def own_mass(self) -> float:
+        """Mass of the vehicle without its train [kg]."""
+        bogies = self.axles / self.axles_per_bogie
+        return self.body_mass + bogies * self.bogie_mass + self.axles * self.wheelset_mass
+
+    @property
+    def mass(self) -> float:
+        """Mass of vehicle and train [kg]."""
+        return self.own_mass + self.train_mass
+
+    @cached_property
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Places of axles in their bogies, (bogies, axles), and of the bogies in the vehicle [m].
+
+        They are positive in front of the middle.
+        """
+        at = -np.reshape(self.position, (-1, int(self.axles_per_bogie)))
+        middle = at.mean(axis=1)
+        return at - middle[:, np.newaxis], middle - middle.mean()
+
+    def loads(
+        self, creep_force: ArrayLike, *, acceleration: ArrayLike, radius: float
+    ) -> FloatArray:
+        """Load of each axle by statics, at least zero [N].
+
+        Parameters
+        ----------
+        creep_force : array_like, shape (..., n)
+            Creep force of each axle, positive in traction [N].
+        acceleration : array_like, shape (...)
+            Acceleration of the vehicle plus g times the grade [m/s2].
+        radius : float
+            Height of the wheelsets' centres above the rail [m].
+        """
+        force = checked("creep_force", creep_force, FINITE)
+        a = checked("acceleration", acceleration, FINITE)[..., np.newaxis]
+        places, pivots = self._places
+        of_bogie = force.reshape(*force.shape[:-1], *places.shape).sum(axis=-1)
+        wheelsets = self.axles_per_bogie * self.wheelset_mass
+        pull = of_bogie - (self.bogie_mass + wheelsets) * a
+        coupler = pull.sum(axis=-1, keepdims=True) - self.body_mass * a
+        # Moments that lift the front: of the body about the pivots' height, of a bogie about the rails.
+        body = coupler * (self.coupler_height - self.pivot_height)
+        body = body + self.body_mass * a * (self.body_height - self.pivot_height)
+        bogie = pull * self.pivot_height + a * (
+            self.bogie_mass * self.bogie_height + wheelsets * radius
+        )
+        on_pivot = self.body_mass * STANDARD_GRAVITY / len(pivots) - body * pivots / (pivots @ pivots)
+        weight = (self.bogie_mass + wheelsets) * STANDARD_GRAVITY
+        squares = (places**2).sum(axis=1)
+        load = (on_pivot + weight)[..., np.newaxis] / places.shape[1] - bogie[
+            ..., np.newaxis
+        ] * places / np.where(squares > 0.0, squares, 1.0)[:, np.newaxis]
+        return np.asarray(np.maximum(load.reshape(force.shape), 0.0))
