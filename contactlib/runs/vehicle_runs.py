@@ -110,14 +110,19 @@ class VehicleRuns(Runs):
         grades = [train.wheelset.resistance.grade for train in self.trains]
         self._weight = STANDARD_GRAVITY * np.array(grades)
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
-        step = self._timing.step
-        self._follow = -np.expm1(-np.divide(step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0))
-        self._load = 0.5 * self._by_statics(np.zeros(lags.size), np.zeros(lags.size))
+        steps = np.divide(
+            self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0
+        )
+        self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
+        radii = self.radius[:: self.axles].tolist()
+        parts = [v.statics(radius) for v, radius in zip(self._vehicles, radii, strict=True)]
+        self._statics = [np.stack(part) for part in zip(*parts, strict=True)]
+        self._load = self._target = 0.5 * self._statics[0].ravel()
         for _ in range(SETTLING):
             super()._begin(index)
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
             forces = self.fleet.evaluate(self._inputs[0], self._states)
-            self._load = 0.5 * self._loads_under(forces)
+            self._load = self._target = 0.5 * self._loads_under(forces)
         self._rails = [self._rail_state(i) for i in range(len(self._vehicles))]
 
     def _behind(self) -> FloatArray:
@@ -133,32 +138,24 @@ class VehicleRuns(Runs):
         distance = self._states["distance"][first : first + self.axles]
         return RailState(scenario.rails, np.array(distance), reach)
 
-    def _by_statics(self, force: FloatArray, acceleration: FloatArray) -> FloatArray:
-        """Load of each axle [N]."""
-        loads = []
-        for i, vehicle in enumerate(self._vehicles):
-            own = slice(i * self.axles, (i + 1) * self.axles)
-            loads.append(
-                vehicle.loads(
-                    force[own],
-                    acceleration=float(acceleration[own].mean()),
-                    radius=float(self.radius[own][0]),
-                )
-            )
-        return np.concatenate(loads)
-
     def _loads_under(self, forces: Any) -> FloatArray:
         """Loads of the axles under the kernel's outputs [N]."""
-        force = forces["creep_force_left"] + forces["creep_force_right"]
-        return self._by_statics(force, forces["speed_rate"] + self._weight)
+        static, by_force, by_acceleration = self._statics
+        shape = static.shape
+        force = (forces["creep_force_left"] + forces["creep_force_right"]).reshape(shape)
+        rate = (forces["speed_rate"] + self._weight).reshape(shape).sum(axis=-1, keepdims=True)
+        load = static + (by_force @ force[..., np.newaxis])[..., 0]
+        load += by_acceleration * (rate / self.axles)
+        return np.maximum(load, 0.0).ravel()
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
-        inputs["load_left"] = inputs["load_right"] = self._load
+        change = self._target - self._load
+        inputs["load_left"] = inputs["load_right"] = self._load + self._halfway * change
         super()._advance(place, row, step)
         if step > 0.0:
-            forces = self.fleet.evaluate(inputs, self._states)
-            self._load = self._load + self._follow * (0.5 * self._loads_under(forces) - self._load)
+            self._load = self._load + self._follow * change
+            self._target = 0.5 * self._loads_under(self.fleet.evaluate(inputs, self._states))
 
     def _clean(self, inputs: Any) -> None:
         """Find how far each wheel's rail is clean, by its own work and that of axles in front."""
