@@ -43,7 +43,7 @@ class Vehicle(Parameters):
         bogies pull the body, and of the coupler [m].
     load_lag : float, optional
         Time constant with which the loads follow the forces, that of the suspension [s]. Default:
-        0.1.
+        0.02.
     driven, braked : tuple of float, optional
         Numbers of the axles, from 1, on which motors and brakes act. Default: all.
 
@@ -84,7 +84,7 @@ class Vehicle(Parameters):
     bogie_height: Annotated[float, HEIGHT]
     pivot_height: Annotated[float, HEIGHT]
     coupler_height: Annotated[float, HEIGHT]
-    load_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)] = 0.1
+    load_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)] = 0.02
     driven: Annotated[Values, NUMBER] = ()
     braked: Annotated[Values, NUMBER] = ()
 
