@@ -109,6 +109,9 @@ class VehicleRuns(Runs):
         """Find the first state under the loads of its own forces."""
         grades = [train.wheelset.resistance.grade for train in self.trains]
         self._weight = STANDARD_GRAVITY * np.array(grades)
+        bodies = [train.wheelset for train in self.trains]
+        self._damping = np.array([body.damping for body in bodies])
+        self._light = 1.0 / np.array([body.inertia for body in bodies])
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
         steps = np.divide(
             self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0
@@ -140,13 +143,15 @@ class VehicleRuns(Runs):
 
     def _loads_under(self, forces: Any) -> FloatArray:
         """Loads of the axles under the kernel's outputs [N]."""
-        static, by_force, by_acceleration = self._statics
-        shape = static.shape
-        force = (forces["creep_force_left"] + forces["creep_force_right"]).reshape(shape)
-        rate = (forces["speed_rate"] + self._weight).reshape(shape).sum(axis=-1, keepdims=True)
-        load = static + (by_force @ force[..., np.newaxis])[..., 0]
-        load += by_acceleration * (rate / self.axles)
-        return np.maximum(load, 0.0).ravel()
+        static, by_force, by_acceleration, by_turning = self._statics
+        force = forces["creep_force_left"] + forces["creep_force_right"]
+        omega = 0.5 * (self._states["omega_left"] + self._states["omega_right"])
+        turning = (forces["drive_torque"] - self.radius * force - self._damping * omega) * self._light
+        rate = (forces["speed_rate"] + self._weight).reshape(static.shape).mean(axis=-1)
+        load = static + by_acceleration * rate[:, np.newaxis]
+        for matrices, values in ((by_force, force), (by_turning, turning)):
+            load += (matrices @ values.reshape(*static.shape, 1))[..., 0]
+        return np.asarray(np.maximum(load, 0.0).ravel())
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]

@@ -41,6 +41,10 @@ class Vehicle(Parameters):
     body_height, bogie_height, pivot_height, coupler_height : float
         Heights above the rail of the centres of mass of body and bogies, of the places at which the
         bogies pull the body, and of the coupler [m].
+    pitch_inertia : float, optional
+        Angular momentum of wheelset and rotor over the wheelset's angular velocity [kg.m2]: that of
+        the wheelset less ``gear_ratio`` times that of a rotor that turns the other way. A wheelset
+        that slips away lifts its bogie's front by it. Default: 0.
     load_lag : float, optional
         Time constant with which the loads follow the forces, that of the suspension [s]. Default:
         0.02.
@@ -58,11 +62,10 @@ class Vehicle(Parameters):
     A bogie under the forces Q_i of its axles at the rails, with the acceleration a, pulls the body
     by H = sum Q_i - m a, and its axles' loads differ by the moment
 
-        H pivot_height + m_bogie a bogie_height + m_wheelsets a r.
+        H pivot_height + m_bogie a bogie_height + m_wheelsets a r + pitch_inertia sum domega/dt.
 
     The body's pivots differ by that of the coupler's force and of its own inertia about the pivots'
-    height. On a grade, a contains the weight's part along the track. Omitted are the moments of
-    the wheelsets' and rotors' angular acceleration.
+    height. On a grade, a contains the weight's part along the track.
 
     Examples
     --------
@@ -84,6 +87,7 @@ class Vehicle(Parameters):
     bogie_height: Annotated[float, HEIGHT]
     pivot_height: Annotated[float, HEIGHT]
     coupler_height: Annotated[float, HEIGHT]
+    pitch_inertia: Annotated[float, Quantity("kg.m2", at_least=-1e5, at_most=1e5)] = 0.0
     load_lag: Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)] = 0.02
     driven: Annotated[Values, NUMBER] = ()
     braked: Annotated[Values, NUMBER] = ()
@@ -136,7 +140,12 @@ class Vehicle(Parameters):
         return at - middle[:, np.newaxis], middle - middle.mean()
 
     def loads(
-        self, creep_force: ArrayLike, *, acceleration: ArrayLike, radius: float
+        self,
+        creep_force: ArrayLike,
+        *,
+        acceleration: ArrayLike,
+        radius: float,
+        omega_rate: ArrayLike | None = None,
     ) -> FloatArray:
         """Load of each axle by statics, at least zero [N].
 
@@ -148,6 +157,9 @@ class Vehicle(Parameters):
             Acceleration of the vehicle plus g times the grade [m/s2].
         radius : float
             Height of the wheelsets' centres above the rail [m].
+        omega_rate : array_like, optional
+            Angular acceleration of each wheelset, of the shape of `creep_force` [rad/s2]. Default:
+            that of rolling without a change of slip.
 
         Raises
         ------
@@ -161,14 +173,18 @@ class Vehicle(Parameters):
                 f"creep_force has the shape {force.shape}: its last axis must have {self.axles} "
                 "entries, one for each axle"
             )
-        static, by_force, by_acceleration = self.statics(radius)
+        turning = a[..., np.newaxis] / radius * np.ones(self.axles)
+        if omega_rate is not None:
+            turning = checked("omega_rate", omega_rate, FINITE)
+        static, by_force, by_acceleration, by_turning = self.statics(radius)
         load = static + force @ by_force.T + a[..., np.newaxis] * by_acceleration
+        load = load + turning @ by_turning.T
         return np.asarray(np.maximum(load, 0.0))
 
-    def statics(self, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Loads at rest [N], and their derivatives by the creep forces and the acceleration.
+    def statics(self, radius: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Loads at rest, and their derivatives by creep forces, by the acceleration, by omega_rate.
 
-        Shapes (n,), (n, n) and (n,) in N, N/N and kg; of wheels of a radius [m].
+        Shapes (n,), (n, n), (n,) and (n, n) in N, N/N, kg and kg.m; of wheels of a radius [m].
         """
         places, pivots = self._places
         bogies, axles = places.shape
@@ -192,4 +208,6 @@ class Vehicle(Parameters):
         change = change.reshape(self.axles, -1)
         weight = self.body_mass / self.axles + self.bogie_mass / axles + self.wheelset_mass
         static = np.full(self.axles, weight * STANDARD_GRAVITY)
-        return static, change[:, :-1], change[:, -1]
+        own = np.kron(np.eye(bogies), np.ones((axles, axles)))
+        by_turning = -self.pitch_inertia * arm.reshape(-1, 1) * own
+        return static, change[:, :-1], change[:, -1], by_turning
