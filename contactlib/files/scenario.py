@@ -390,7 +390,7 @@ KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 def read_sections(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     """Read all sections, so that all mistakes come at once; None for a section that is absent."""
-    sections = without(data, "vehicle")
+    sections: dict[str, Any] = without(data, "vehicle")
     if isinstance(data.get("vehicle"), dict):
         sections = {**sections, "vehicle": without(data["vehicle"], WHEELSET)}
     with Mistakes(data) as mistakes:

@@ -23,6 +23,9 @@ WINDOW = 0.1  # time over which the jerk's acceleration is averaged [s]
 RECOVERED = 0.8
 LASTS = 1.0  # time over which it has to be recovered in the mean [s]
 FOLLOWS = 0.1  # time in which a sampled controller follows a change of the demand [s]
+STANDS = 0.1  # speed below which a vehicle has stopped [m/s]
+WATCHED = 5.0 / 3.6  # speed above which a wheel counts as locked [m/s]
+LOCKED = 0.05  # rim speed / vehicle speed below which it is locked [1]
 NEGLIGIBLE = 0.01  # lack of force that is ignored / grip [1]
 
 
@@ -56,6 +59,8 @@ class OneRun:
 class Vehicles(NamedTuple):
     """Parameters of the n drivetrains that outcomes use; arrays of shape (n,).
 
+    Outcomes are of vehicles: of each drivetrain, or of several neighbouring axles.
+
     Attributes
     ----------
     radius, inertia, damping : ndarray
@@ -68,6 +73,8 @@ class Vehicles(NamedTuple):
         Whether the speed is held; whether the axle is rigid.
     stopped : ndarray
         Speed below which a brake has stopped the vehicle; zero without a brake [m/s].
+    axles : int
+        Number of drivetrains that make a vehicle.
     """
 
     radius: FloatArray
@@ -78,10 +85,11 @@ class Vehicles(NamedTuple):
     held: NDArray[np.bool_]
     rigid: NDArray[np.bool_]
     stopped: FloatArray
+    axles: int = 1
 
     @classmethod
-    def of(cls, drivetrains: Sequence[Drivetrain]) -> Self:
-        """Collect the parameters of drivetrains."""
+    def of(cls, drivetrains: Sequence[Drivetrain], axles: int = 1) -> Self:
+        """Collect the parameters of drivetrains, of which `axles` make a vehicle."""
         bodies = [train.wheelset for train in drivetrains]
         elements = [body.element for body in bodies]
         return cls(
@@ -98,7 +106,23 @@ class Vehicles(NamedTuple):
                     for train in drivetrains
                 ]
             ),
+            axles,
         )
+
+    def first(self, values: FloatArray) -> FloatArray:
+        """Value of each vehicle's first axle; the last axis has the axles of all."""
+        return values[..., :: self.axles]
+
+    def total(self, values: FloatArray) -> FloatArray:
+        """Sum over each vehicle's axles."""
+        return values if self.axles == 1 else np.asarray(self._by_axle(values).sum(axis=-1))
+
+    def largest(self, values: FloatArray) -> FloatArray:
+        """Largest value of each vehicle's axles that is not nan."""
+        return values if self.axles == 1 else np.asarray(np.fmax.reduce(self._by_axle(values), -1))
+
+    def _by_axle(self, values: FloatArray) -> FloatArray:
+        return values.reshape(*values.shape[:-1], -1, self.axles)
 
 
 class DerivedRows:
@@ -125,6 +149,11 @@ class DerivedRows:
         speed = self["speed"]
         moving = np.where(np.abs(speed) < stopped, 0.0, np.sign(speed))
         return np.asarray(np.where((demand < 0.0) & (stopped > 0.0), demand * moving, demand))
+
+    @cached_property
+    def braking(self) -> FloatArray:
+        """1 where the demand is against the motion, else 0, shape (rows, n)."""
+        return np.where(self["demand"] * self["speed"] < 0.0, 1.0, 0.0)
 
     @cached_property
     def limited(self) -> NDArray[np.bool_]:
@@ -271,6 +300,77 @@ class Ends:
     def change(self) -> FloatArray:
         """Return the difference of last and first value."""
         return _known(self._last) - _known(self._first)
+
+
+class Falls:
+    """Sum of all falls of a quantity from row to row."""
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity, self._joint = quantity, Joint()
+        self._sum: FloatArray | None = None
+
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
+        (y,) = self._joint(self._quantity(rows))
+        if self._sum is None:
+            self._sum = np.zeros(y.shape[1])
+        for part in np.maximum(-np.diff(y, axis=0), 0.0):
+            self._sum += part
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        return _known(self._sum)
+
+
+class Stop:
+    """Outcome ``stopping_distance``: way from the first demand of braking to standstill [m]."""
+
+    def __init__(self, vehicles: Vehicles) -> None:
+        self._of = vehicles
+        self._begin: FloatArray | None = None  # places; nan before braking
+        self._end: FloatArray | None = None
+
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
+        v = self._of
+        braking = v.largest(rows.braking) > 0.0
+        stands = np.abs(v.first(rows["speed"])) < STANDS
+        distance = v.first(rows["distance"])
+        if self._begin is None or self._end is None:
+            self._begin, self._end = (np.full(distance.shape[1], np.nan) for _ in range(2))
+        for place, on, still in zip(distance, braking, stands, strict=True):
+            self._begin = np.where(np.isnan(self._begin) & on, place, self._begin)
+            over = still & np.isnan(self._end) & ~np.isnan(self._begin)
+            self._end = np.where(over, place, self._end)
+
+    def value(self) -> FloatArray:
+        """Return the ways of the rows so far; nan for vehicles that have not stopped."""
+        return np.abs(_known(self._end) - _known(self._begin))
+
+
+class Locked:
+    """Outcome ``locked_time``: longest time for which a wheel is locked [s]."""
+
+    def __init__(self) -> None:
+        self._joint = Joint()
+        self._now: FloatArray | None = None
+        self._longest: FloatArray | None = None
+
+    def add(self, rows: DerivedRows) -> None:
+        """Add the next rows."""
+        speed = np.abs(rows["speed"])
+        rim = np.minimum(np.abs(rows["omega_left"]), np.abs(rows["omega_right"]))
+        rolls = (speed <= WATCHED) | (rows.vehicles.radius * rim >= LOCKED * speed)
+        locked, time = self._joint(np.where(rolls, 0.0, 1.0), rows.time)
+        if self._now is None or self._longest is None:
+            self._now = self._longest = np.zeros(speed.shape[1])
+        for part, on in zip(np.diff(time), locked[:-1], strict=True):
+            self._now = np.where(on > 0.0, self._now + part, 0.0)
+            self._longest = np.maximum(self._longest, self._now)
+
+    def value(self) -> FloatArray:
+        """Return the numbers of the rows so far."""
+        return _known(self._longest)
 
 
 class Together:

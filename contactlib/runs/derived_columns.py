@@ -156,7 +156,7 @@ class Block:
         return energy_defect(self, self._stored[0])
 
 
-STATES = ("omega_left", "omega_right", "speed", "distance", *WORKS)
+STATES = ("omega_left", "omega_right", "speed", "distance", "brake_torque", *WORKS)
 DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
     name.removeprefix("_"): getattr(Block, name)
     for name in (

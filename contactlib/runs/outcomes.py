@@ -23,15 +23,20 @@ from contactlib.runs.accumulators import (
     DerivedRows,
     Ends,
     Extremes,
+    Falls,
     HeldIntegral,
     Integral,
     Jerk,
+    Locked,
     OneRun,
     Recovery,
+    Rows,
+    Stop,
     Together,
     Vehicles,
 )
 from contactlib.runs.result import WORKS, Result
+from contactlib.runs.vehicle_runs import VehicleResult
 from contactlib.vehicle.drivetrain import Drivetrain
 
 
@@ -109,9 +114,18 @@ def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
     return np.asarray(np.divide(part, whole, out=nothing, where=whole > 0.0))
 
 
+def _largest(quantity: Callable[[DerivedRows], FloatArray], v: Vehicles) -> Accumulator:
+    return Together(lambda extremes: v.largest(extremes.value()), Extremes(quantity))
+
+
+def _totals(v: Vehicles) -> Callable[[Accumulator, Accumulator], FloatArray]:
+    """Function that gives the share of one accumulator's totals in another's."""
+    return lambda part, whole: _share(v.total(part.value()), v.total(whole.value()))
+
+
 def _utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
-        lambda used, possible: _share(used.value(), possible.value()),
+        _totals(vehicles),
         Integral(lambda rows: np.minimum(*rows.transmittable), demanded=True),
         Integral(lambda rows: rows.transmittable[1], demanded=True),
     )
@@ -119,7 +133,7 @@ def _utilisation(vehicles: Vehicles) -> Accumulator:
 
 def _limited_utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
-        lambda used, possible: _share(used.value(), possible.value()),
+        _totals(vehicles),
         HeldIntegral(lambda rows: np.minimum(*rows.transmittable) * rows.limited),
         HeldIntegral(lambda rows: rows["available_force"] * rows.limited),
     )
@@ -133,7 +147,7 @@ def _largest_slip_speed(vehicles: Vehicles) -> Accumulator:
         )
         return np.maximum(left, right)
 
-    return Extremes(slip)
+    return _largest(slip, vehicles)
 
 
 def _slip_share(vehicles: Vehicles) -> Accumulator:
@@ -145,39 +159,51 @@ def _slip_share(vehicles: Vehicles) -> Accumulator:
             power += np.maximum(force * rows["speed"], 0.0) + np.maximum(-force * rim, 0.0)
         return power
 
-    return Together(
-        lambda work, rest: _share(work.change(), work.change() + rest.value()),
-        Ends(_signal("creep_work")),
-        Integral(passed_on),
-    )
+    def share(work: Ends, rest: Integral) -> FloatArray:
+        slip = vehicles.total(work.change())
+        return _share(slip, slip + vehicles.total(rest.value()))
+
+    return Together(share, Ends(_signal("creep_work")), Integral(passed_on))
 
 
 def _torsional_peak(vehicles: Vehicles) -> Accumulator:
     return Together(
-        lambda largest: np.where(vehicles.rigid, np.nan, largest.value()),
+        lambda largest: vehicles.largest(np.where(vehicles.rigid, np.nan, largest.value())),
         Extremes(lambda rows: np.abs(rows["axle_torque"])),
     )
 
 
 def _energy_defect(vehicles: Vehicles) -> Accumulator:
+    def total(name: str) -> Callable[[DerivedRows], FloatArray]:
+        return lambda rows: vehicles.total(rows[name])
+
     def share(defect: Extremes, *energies: Extremes) -> FloatArray:
         largest = np.max(np.stack([energy.range() for energy in energies]), axis=0)
         return np.nan_to_num(_share(defect.value(), largest))
 
-    energies = (Extremes(_signal(name)) for name in (*WORKS, "stored_energy"))
-    return Together(share, Extremes(lambda rows: np.abs(rows["energy_defect"])), *energies)
+    energies = (Extremes(total(name)) for name in (*WORKS, "stored_energy"))
+    defect = total("energy_defect")
+    return Together(share, Extremes(lambda rows: np.abs(defect(rows))), *energies)
 
 
 def _change(name: str) -> Callable[[Vehicles], Accumulator]:
-    return lambda vehicles: Together(lambda ends: ends.change(), Ends(_signal(name)))
+    return lambda v: Together(lambda ends: v.total(ends.change()), Ends(_signal(name)))
 
 
-def _mean(summed: type[Integral | HeldIntegral], name: str) -> Callable[[Vehicles], Accumulator]:
-    return lambda vehicles: Together(
+def _mean(integral: Integral | HeldIntegral) -> Accumulator:
+    return Together(
         lambda integral, time: integral.value() / time.change(),
-        summed(_signal(name)),
+        integral,
         Ends(lambda rows: rows.time[:, np.newaxis]),
     )
+
+
+def _air_used(v: Vehicles) -> Accumulator:
+    def share(falls: Falls, demand: Extremes) -> FloatArray:
+        return _share(v.total(falls.value()), v.total(demand.value()))
+
+    largest = Extremes(lambda rows: np.abs(rows["demand"]) * rows.braking)
+    return Together(share, Falls(_signal("brake_torque")), largest)
 
 
 OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
@@ -198,7 +224,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "largest_creepage": Outcome(
             "1",
             "largest size of a wheel's creepage",
-            lambda vehicles: Extremes(_larger("creepage_left", "creepage_right")),
+            lambda v: _largest(_larger("creepage_left", "creepage_right"), v),
             percent=True,
         ),
         "largest_slip_speed": Outcome(
@@ -207,7 +233,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "recovery_time": Outcome(
             "s",
             "longest time from a lack of force by slip or its control until it is back and stays",
-            Recovery,
+            lambda v: Together(lambda recovery: v.largest(recovery.value()), Recovery(v)),
             infinite="does not recover",
             zero="force never lacks",
         ),
@@ -215,34 +241,62 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "slip_share": Outcome(
             "1", "slip work / work that enters the contacts", _slip_share, percent=True
         ),
-        "jerk": Outcome("m/s3", "largest change of the vehicle's acceleration", Jerk),
+        "jerk": Outcome(
+            "m/s3",
+            "largest change of the vehicle's acceleration",
+            lambda v: Together(lambda jerk: v.first(jerk.value()), Jerk(v)),
+        ),
         "torsional_peak": Outcome(
             "N.m",
             "largest size of the axle's torque",
             _torsional_peak,
             missing="rigid axle",
         ),
-        "distance": Outcome("m", "distance travelled", _change("distance")),
+        "distance": Outcome(
+            "m",
+            "distance travelled",
+            lambda v: Together(lambda ends: v.first(ends.change()), Ends(_signal("distance"))),
+        ),
         "energy_defect": Outcome("1", "largest error of the energy balance", _energy_defect),
         "final_speed": Outcome(
-            "m/s", "vehicle speed at the end", lambda vehicles: Ends(_signal("speed"))
+            "m/s", "vehicle speed at the end", lambda v: Ends(lambda rows: v.first(rows["speed"]))
         ),
         "mean_creep_force": Outcome(
-            "N", "creep force of both wheels, mean over time", _mean(Integral, "creep_force")
+            "N",
+            "creep force of all wheels, mean over time",
+            lambda v: _mean(Integral(lambda rows: v.total(rows["creep_force"]))),
         ),
         "falling_share": Outcome(
             "1",
             "share of the time with a wheel on the falling branch",
-            _mean(HeldIntegral, "falling_branch"),
+            lambda v: _mean(HeldIntegral(lambda rows: v.largest(rows["falling_branch"]))),
             percent=True,
         ),
         "drive_work": Outcome("J", "work of the drive", _change("drive_work")),
+        "stopping_distance": Outcome(
+            "m",
+            "distance from the first demand of braking to standstill",
+            Stop,
+            missing="does not stop",
+        ),
+        "locked_time": Outcome(
+            "s",
+            "longest time for which a wheel is locked above 5 km/h",
+            lambda v: Together(lambda longest: v.largest(longest.value()), Locked()),
+            zero="no wheel is locked",
+        ),
+        "air_used": Outcome(
+            "1",
+            "air vented from the brake cylinders / air of one full application",
+            _air_used,
+            missing="no demand of braking",
+        ),
     }
 )
 
 
 class Metrics(NamedTuple):
-    """Numbers of one run, in the units of `UNITS`; nan where one does not apply.
+    """Numbers of one run, in the units of `OUTCOMES`; nan where one does not apply.
 
     s Q is the creep force in the demand's direction, Q_t the force that could be transmitted: the
     smaller of the available force and the demanded force.
@@ -299,9 +353,6 @@ class Metrics(NamedTuple):
     energy_defect: float
 
 
-UNITS = {name: OUTCOMES[name].unit for name in Metrics._fields}
-
-
 def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     """Metrics of a run of a scenario.
 
@@ -312,17 +363,85 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     drivetrain : Drivetrain
         The scenario's drivetrain.
     """
-    vehicles = Vehicles.of([drivetrain])
-    rows, observers = DerivedRows(OneRun(result), vehicles), accumulators(Metrics._fields, vehicles)
+    return Metrics(**_numbers(OneRun(result), Metrics._fields, Vehicles.of([drivetrain])))
+
+
+class VehicleMetrics(NamedTuple):
+    """Numbers of one run of a vehicle: those of `Metrics` over all of its axles, and more.
+
+    Works and forces are sums over the axles; creepage, slip speed, recovery time, torsional peak
+    and locked time are those of the axle with the largest.
+
+    Attributes
+    ----------
+    stopping_distance : float
+        Distance from the first demand against the motion until the speed is below 0.1 m/s [m]; nan
+        if the vehicle does not stop.
+    locked_time : float
+        Longest time for which a wheel's rim is slower than a twentieth of the vehicle's speed while
+        that exceeds 5 km/h [s].
+    air_used : float
+        Sum of all falls of the axles' brake torques / sum of their largest demands [1]: the air
+        vented from the brake cylinders, in full applications. nan without a demand of braking.
+    """
+
+    adhesion_utilisation: float
+    limited_utilisation: float
+    largest_creepage: float
+    largest_slip_speed: float
+    recovery_time: float
+    slip_work: float
+    slip_share: float
+    jerk: float
+    torsional_peak: float
+    distance: float
+    energy_defect: float
+    stopping_distance: float
+    locked_time: float
+    air_used: float
+
+
+class SideBySide:
+    """Presents the result of a vehicle's run as the rows of its axles' runs."""
+
+    def __init__(self, result: VehicleResult) -> None:
+        self._result = result
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+        return self._result.time
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal, shape (rows, axles)."""
+        return self._result[name]
+
+
+def vehicle_metrics(result: VehicleResult, drivetrain: Drivetrain) -> VehicleMetrics:
+    """Metrics of a run of a vehicle; `metrics` gives those of one of its axles.
+
+    Parameters
+    ----------
+    result : VehicleResult
+        Result of `run_vehicle`.
+    drivetrain : Drivetrain
+        The scenario's drivetrain, which is that of each axle.
+    """
+    axles = len(result.axles)
+    vehicles = Vehicles.of([drivetrain] * axles, axles)
+    return VehicleMetrics(**_numbers(SideBySide(result), VehicleMetrics._fields, vehicles))
+
+
+def _numbers(rows: Rows, names: Sequence[str], vehicles: Vehicles) -> dict[str, float]:
+    """Outcomes of one run by name."""
+    observers, derived = accumulators(names, vehicles), DerivedRows(rows, vehicles)
     for accumulator in observers.values():
-        accumulator.add(rows)
-    return Metrics(
-        **{name: float(accumulator.value()[0]) for name, accumulator in observers.items()}
-    )
+        accumulator.add(derived)
+    return {name: float(accumulator.value()[0]) for name, accumulator in observers.items()}
 
 
-def comparison_table(metrics: Mapping[str, Metrics]) -> str:
-    """Format metrics as text: a line for each metric, a column for each run.
+def comparison_table(metrics: Mapping[str, Metrics | VehicleMetrics]) -> str:
+    """Format metrics as text: a line for each metric, a column for each run, all of one kind.
 
     Examples
     --------
@@ -342,14 +461,13 @@ def comparison_table(metrics: Mapping[str, Metrics]) -> str:
     energy defect         1     1e-09      1e-09
     """
     rows = [["metric", "unit", *metrics]]
-    for name, unit in UNITS.items():
-        values = [_shown(getattr(run, name)) for run in metrics.values()]
-        rows.append([name.replace("_", " "), unit, *values])
+    for name, *values in zip(_fields(metrics), *metrics.values(), strict=True):
+        rows.append([name.replace("_", " "), OUTCOMES[name].unit, *map(_shown, values)])
     return fixed_width(rows)
 
 
 def write_comparison(
-    folder: str | os.PathLike[str], metrics: Mapping[str, Metrics]
+    folder: str | os.PathLike[str], metrics: Mapping[str, Metrics | VehicleMetrics]
 ) -> tuple[Path, Path, Path]:
     """Write metrics.txt, metrics.csv and metrics.json to a folder; return their paths.
 
@@ -363,10 +481,11 @@ def write_comparison(
     """
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
-    writer.writerow(["controller", *(f"{name} [{unit}]" for name, unit in UNITS.items())])
+    units = {name: OUTCOMES[name].unit for name in _fields(metrics)}
+    writer.writerow(["controller", *(f"{name} [{unit}]" for name, unit in units.items())])
     writer.writerows([name, *map(repr, run)] for name, run in metrics.items())
     parts = {
-        name: {key: {"value": _json(value), "unit": UNITS[key]} for key, value in values.items()}
+        name: {key: {"value": _json(value), "unit": units[key]} for key, value in values.items()}
         for name, values in ((name, run._asdict()) for name, run in metrics.items())
     }
     contents = {
@@ -379,6 +498,10 @@ def write_comparison(
         for suffix, content in contents.items()
     )
     return as_text, as_csv, as_json
+
+
+def _fields(metrics: Mapping[str, Metrics | VehicleMetrics]) -> tuple[str, ...]:
+    return next(iter(metrics.values()))._fields if metrics else Metrics._fields
 
 
 def _shown(value: float) -> str:

@@ -362,6 +362,11 @@ class Plant:
                 raise ValueError(
                     f"expected a Scenario, got {shown(run)}: contactlib.load_scenario reads one"
                 )
+            if run.vehicle is not None:
+                raise ValueError(
+                    f"scenario has a vehicle of {run.vehicle.axles} axles: a plant is of single "
+                    "wheelsets; contactlib.axles_of gives that of each axle"
+                )
         if not given:
             raise ValueError("scenario = [] is too short: a plant has at least one wheelset")
         sample_time = checked_number("sample_time", sample_time, SAMPLE_TIME)
@@ -399,6 +404,11 @@ class Plant:
         self._load = np.array([0.5 * body.element.normal_load for body in bodies])
         loads = [scenario.wheel_load or STATIC for scenario in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
+
+    @property
+    def _loads_change(self) -> bool:
+        """Whether loads differ from the nominal ones."""
+        return self._load_factors is not None
 
     def _native(self) -> kernel.NativeFleet:
         """The drivetrains on their tracks in the kernel."""
@@ -517,8 +527,7 @@ class Plant:
     @cached_property
     def available(self) -> AvailableForce:
         """Largest creep forces that friction allows."""
-        loaded = self._load_factors is not None
-        return AvailableForce(self.trains, self.tracks, loaded=loaded)
+        return AvailableForce(self.trains, self.tracks, loaded=self._loads_change)
 
     def _begin(self, index: Sequence[int]) -> None:
         """Set the first state, and the sensors' and the drives' memory."""
@@ -639,7 +648,13 @@ class Runs(Plant):
         states are frozen.
     refused : dict
         Errors of the runs that could not start, by position.
+    axles : int
+        Number of runs that are one vehicle's.
+    units : mapping
+        Units of the signals by name.
     """
+
+    axles, units = 1, UNITS
 
     def __init__(
         self,

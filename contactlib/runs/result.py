@@ -43,6 +43,7 @@ LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of t
     "slope_scale": "factor on the initial slope of the creep force",
     "resistance_force": "resistance force beside the vehicle's own",
     "falling_branch": "1 where the creep force falls with creepage, else 0",
+    "brake_torque": "torque of the brake against the rotation",
     "distance": "distance travelled",
     "drive_work": "work of the drive",
     "creep_work": "work that friction turns into heat",

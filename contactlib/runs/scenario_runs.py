@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from contactlib.runs.outcomes import OUTCOMES, accumulators
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
+from contactlib.runs.vehicle_runs import VehicleResult, VehicleRuns
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.traction.sensors import INDEX, checked_indices
@@ -38,15 +40,15 @@ LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
 FLEET = 2048  # runs side by side: their states and memories fit into a core's cache
 KEPT = 500_000  # rows of runs side by side that are kept for metrics, of 0.2 kB each
 FAILED = "failed"
-Metric = Callable[[Result], float]
+Metric = Callable[[Any], float]  # of a Result, or of a VehicleResult
 
 
 class Kept:
     """Keeps all signals of all rows of runs."""
 
-    def __init__(self, when: Timing) -> None:
-        self._when, self._done = when, 0
-        self._parts: dict[str, list[FloatArray]] = {name: [] for name in UNITS}
+    def __init__(self, when: Timing, units: Mapping[str, str] = UNITS) -> None:
+        self._when, self._done, self._units = when, 0, units
+        self._parts: dict[str, list[FloatArray]] = {name: [] for name in units}
 
     def add(self, block: Block) -> float:
         """Add the next rows; return the fraction of all rows that there are."""
@@ -60,7 +62,7 @@ class Kept:
         whole = {name: np.concatenate(parts).T.copy() for name, parts in self._parts.items()}
         for i in range(len(whole["speed"])):
             signals = {name: rows[i] for name, rows in whole.items()}
-            yield Result(self._when.times(0, self._when.rows), signals, UNITS)
+            yield Result(self._when.times(0, self._when.rows), signals, self._units)
 
 
 def run_scenario(
@@ -122,6 +124,10 @@ def run_scenario(
         four semi-widths.
     """
     _check_scenario(scenario)
+    if scenario.vehicle is not None:
+        raise ValueError(
+            f"scenario has a vehicle of {scenario.vehicle.axles} axles: run_vehicle runs it"
+        )
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
     if isinstance(given, ContinuousController):
         fine = 1e-9 if tolerance is None else tolerance
@@ -153,6 +159,73 @@ def run_scenario(
     ):
         if doubt:
             warn(doubt)
+    return result
+
+
+def run_vehicle(
+    scenario: Scenario,
+    controller: str | Controller,
+    *,
+    index: int = 0,
+    step: float | None = None,
+    tolerance: float = 1e-7,
+    progress: Callable[[float], object] = lambda part: None,
+) -> VehicleResult:
+    """Run a scenario of a vehicle, each axle under a copy of one controller.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario with `vehicle`.
+    controller : str, SampledController or TractionController
+        Name of one of the scenario's controllers, or an object of your own.
+    index : int, optional
+        Index of the run, from which the noise of each axle's sensors is drawn.
+    step : float, optional
+        Time between rows, over which friction and loads are held [s]. Default: as for
+        `run_scenario`.
+    tolerance : float, optional
+        Relative error of each of the integrator's substeps [1].
+    progress : callable, optional
+        Called with the fraction of the duration that is done, from 0 to 1.
+
+    Returns
+    -------
+    VehicleResult
+        Signals of `run_scenario` of each axle, and those of
+        `contactlib.runs.vehicle_runs.VEHICLE_UNITS`; the distance is that of the axle.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or no steady state holds the first demand.
+    RuntimeError
+        If the integrator gives up, or the controller raises an error.
+    """
+    chosen = _chosen(scenario, controller)
+    if scenario.vehicle is None:
+        raise ValueError(
+            "scenario.vehicle = None: run_scenario runs a wheelset; a vehicle's scenario file has "
+            "[vehicle] with the key wheelset"
+        )
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
+    index = checked_whole("index", index, INDEX)
+    when = timing(scenario, chosen.sample_time, step)
+    control = stacked([chosen] * scenario.vehicle.axles)
+    runs = VehicleRuns([scenario], control, when, index=[index], tolerance=tolerance)
+    for number, error in runs.refused.items():
+        raise ValueError(f"axle {number + 1}: {error}")
+    kept = Kept(when, runs.units)
+    for block in runs.blocks():
+        if runs.failed.any():
+            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
+        progress(kept.add(block))
+    result = VehicleResult(tuple(kept.results()), scenario.vehicle)
+    for axle in result.axles:
+        warn_of_damage(axle)
+    places = result["distance"]
+    if doubt := scenario.rails.doubt(float(places.min()), float(places.max())):
+        warn(doubt)
     return result
 
 
@@ -294,7 +367,7 @@ def run_many(
     columns[FAILED] = np.zeros(len(scenarios))
     controls = [_chosen(scenario, controller) for scenario in scenarios]
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
-    work = sum(when.rows * len(places) for when, places in groups)
+    work = sum(when.rows * sum(_axles(scenarios[i]) for i in places) for when, places in groups)
     done = 0
     doubts: list[str] = []
 
@@ -304,19 +377,26 @@ def run_many(
         progress(done / work)
 
     for when, places in groups:
-        runs = Runs(
+        axles = _axles(scenarios[places[0]])
+        runs = (VehicleRuns if axles > 1 else Runs)(
             [scenarios[i] for i in places],
-            stacked([controls[i] for i in places]),
+            stacked([controls[i] for i in places for _ in range(axles)]),
             when,
             index=[index[i] for i in places],
             tolerance=tolerance,
         )
-        kept = Kept(when) if metrics else None
+        kept = Kept(when, runs.units) if metrics else None
         for name, values in _watch(runs, outcomes, kept, report, doubts).items():
-            columns[name][places] = np.where(runs.failed, np.nan, values)
-        columns[FAILED][places] = runs.failed
-        for i, result in enumerate(kept.results() if kept else ()):
-            for name, metric in metrics.items() if not runs.failed[i] else ():
+            columns[name][places] = values
+        failed = runs.failed.reshape(-1, axles).any(axis=1)
+        for name in outcomes:
+            columns[name][places] = np.where(failed, np.nan, columns[name][places])
+        columns[FAILED][places] = failed
+        results = zip(*[kept.results()] * axles, strict=True) if kept else ()
+        for i, of_axles in enumerate(results):
+            vehicle = scenarios[places[i]].vehicle
+            result = VehicleResult(of_axles, vehicle) if vehicle else of_axles[0]
+            for name, metric in metrics.items() if not failed[i] else ():
                 columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
     if doubts:
@@ -344,7 +424,7 @@ def checked_metrics(
     return metrics or {}
 
 
-def _measured(name: str, metric: Metric, result: Result) -> float:
+def _measured(name: str, metric: Metric, result: Result | VehicleResult) -> float:
     try:
         answer: object = metric(result)
     except USERS_ERRORS as error:
@@ -359,6 +439,11 @@ def _measured(name: str, metric: Metric, result: Result) -> float:
     return number
 
 
+def _axles(scenario: Scenario) -> int:
+    """Number of wheelsets that a scenario runs."""
+    return 1 if scenario.vehicle is None else scenario.vehicle.axles
+
+
 def _watch(
     runs: Runs,
     outcomes: Sequence[str],
@@ -367,7 +452,7 @@ def _watch(
     doubts: list[str],
 ) -> dict[str, FloatArray]:
     """Run to the end and return the outcomes; add doubts of tracks and force elements."""
-    vehicles = Vehicles.of(runs.trains)
+    vehicles = Vehicles.of(runs.trains, runs.axles)
     watching = accumulators(outcomes, vehicles)
     low = high = largest = np.zeros(len(runs.trains))
     with np.errstate(all="ignore"):  # failed runs become nan anyway
@@ -416,10 +501,12 @@ def _groups(
         if late not in delays:
             delays[late] = scenario.sensors.samples_of_delay(control.sample_time)
         falls = scenario.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        kind = scenario.drivetrain.kind, falls, scenario.wheel_load is None, kinds[id(control)]
+        loads = scenario.wheel_load is None, _axles(scenario)
+        kind = scenario.drivetrain.kind, falls, loads, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():
-        limit = FLEET if rows is None else max(1, min(FLEET, rows // when.rows))
+        side_by_side = FLEET if rows is None else min(FLEET, rows // when.rows)
+        limit = max(1, side_by_side // _axles(scenarios[places[0]]))
         for start in range(0, len(places), limit):
             yield when, places[start : start + limit]

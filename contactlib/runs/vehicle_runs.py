@@ -1,9 +1,9 @@
-"""Runs of a vehicle: the plant of its axles, which share their speed, their loads and the rails."""
+"""Runs of vehicles: the plant of their axles, which share speed, body and rails; and results."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,24 +12,21 @@ import numpy as np
 
 from contactlib import kernel
 from contactlib.base.lazy import optional_library
-from contactlib.base.quantities import FloatArray, ReadOnly, checked_number, checked_whole, shown, warn
-
-from contactlib.files.scenario import Scenario
-from contactlib.runs.damage import warn_of_damage
-from contactlib.runs.plant import TOLERANCE, Runs, timing
-from contactlib.runs.result import WORKS, Result
-from contactlib.runs.scenario_runs import Kept
-from contactlib.traction.batching import stacked
-from contactlib.traction.interface import Controller, TractionController, checked_controller
-from contactlib.traction.sensors import INDEX
-from contactlib.vehicle.track import Profile, RailState
+from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.files.scenario import Scenario
+from contactlib.runs.derived_columns import UNITS
+from contactlib.runs.plant import Runs, Timing
+from contactlib.runs.result import WORKS, Result
+from contactlib.traction.interface import TractionController
+from contactlib.vehicle.track import Profile, RailState
 from contactlib.vehicle.vehicle import MAX_AXLES, Vehicle
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
+VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m"}
 TOTALS = ("creep_force", "available_force", "drive_torque", *WORKS, "stored_energy")
 
 
@@ -80,11 +77,13 @@ class VehicleRuns(Runs):
         As for `Runs`, with the controller of all axles; the index is that of each vehicle.
     """
 
+    units = VEHICLE_UNITS
+
     def __init__(
         self,
         scenarios: Sequence[Scenario],
         control: TractionController,
-        timing: Any,
+        timing: Timing,
         *,
         index: Sequence[int],
         tolerance: float,
@@ -105,6 +104,10 @@ class VehicleRuns(Runs):
         members = [t.member(track) for t, track in zip(self.trains, tracks, strict=True)]
         return kernel.NativeFleet(members, self.axles)
 
+    @property
+    def _loads_change(self) -> bool:
+        return True
+
     def _begin(self, index: Sequence[int]) -> None:
         """Find the first state under the loads of its own forces."""
         grades = [train.wheelset.resistance.grade for train in self.trains]
@@ -113,9 +116,7 @@ class VehicleRuns(Runs):
         self._damping = np.array([body.damping for body in bodies])
         self._light = 1.0 / np.array([body.inertia for body in bodies])
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
-        steps = np.divide(
-            self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0
-        )
+        steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
         radii = self.radius[:: self.axles].tolist()
         parts = [v.statics(radius) for v, radius in zip(self._vehicles, radii, strict=True)]
@@ -146,7 +147,9 @@ class VehicleRuns(Runs):
         static, by_force, by_acceleration, by_turning = self._statics
         force = forces["creep_force_left"] + forces["creep_force_right"]
         omega = 0.5 * (self._states["omega_left"] + self._states["omega_right"])
-        turning = (forces["drive_torque"] - self.radius * force - self._damping * omega) * self._light
+        turning = (
+            forces["drive_torque"] - self.radius * force - self._damping * omega
+        ) * self._light
         rate = (forces["speed_rate"] + self._weight).reshape(static.shape).mean(axis=-1)
         load = static + by_acceleration * rate[:, np.newaxis]
         for matrices, values in ((by_force, force), (by_turning, turning)):
@@ -230,74 +233,7 @@ class VehicleResult:
         xarray = optional_library("xarray")
         numbers = xarray.Variable("axle", np.arange(1, len(self.axles) + 1))
         parts = [axle.to_xarray() for axle in self.axles]
-        made: Dataset = xarray.concat(parts, dim=numbers, coords="minimal").transpose("time", "axle")
-        return made
-
-
-def run_vehicle(
-    scenario: Scenario,
-    controller: str | Controller,
-    *,
-    index: int = 0,
-    step: float | None = None,
-    tolerance: float = 1e-7,
-    progress: Callable[[float], object] = lambda part: None,
-) -> VehicleResult:
-    """Run a scenario of a vehicle, each axle under a copy of one controller.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A scenario with `vehicle`.
-    controller : str, SampledController or TractionController
-        Name of one of the scenario's controllers, or an object of your own.
-    index : int, optional
-        Index of the run, from which the noise of each axle's sensors is drawn.
-    step : float, optional
-        Time between rows, over which friction and loads are held [s]. Default: as for
-        `run_scenario`.
-    tolerance : float, optional
-        Relative error of each of the integrator's substeps [1].
-    progress : callable, optional
-        Called with the fraction of the duration that is done, from 0 to 1.
-
-    Returns
-    -------
-    VehicleResult
-        Signals of `run_scenario` of each axle; places are those of the axle.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range, or no steady state holds the first demand.
-    RuntimeError
-        If the integrator gives up, or the controller raises an error.
-    """
-    if not isinstance(scenario, Scenario) or scenario.vehicle is None:
-        raise ValueError(
-            f"scenario: expected a Scenario with a vehicle, got {shown(scenario)}; a scenario file "
-            "has [vehicle]"
+        made: Dataset = xarray.concat(parts, dim=numbers, coords="minimal").transpose(
+            "time", "axle"
         )
-    if isinstance(controller, str):
-        chosen = scenario.controller(controller)
-    else:
-        chosen = checked_controller("controller", controller)
-    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
-    index = checked_whole("index", index, INDEX)
-    when = timing(scenario, chosen.sample_time, step)
-    control = stacked([chosen] * scenario.vehicle.axles)
-    runs = VehicleRuns([scenario], control, when, index=[index], tolerance=tolerance)
-    for number, error in runs.refused.items():
-        raise ValueError(f"axle {number + 1}: {error}")
-    kept = Kept(when)
-    for block in runs.blocks():
-        if runs.failed.any():
-            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
-        progress(kept.add(block))
-    result = VehicleResult(tuple(kept.results()), scenario.vehicle)
-    for axle in result.axles:
-        warn_of_damage(axle)
-    places = result["distance"]
-    if doubt := scenario.rails.doubt(float(places.min()), float(places.max())):
-        warn(doubt)
-    return result
+        return made

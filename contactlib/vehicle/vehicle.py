@@ -96,9 +96,7 @@ class Vehicle(Parameters):
         super().__post_init__()
         n = self.axles
         if not 2 <= n <= MAX_AXLES:
-            raise ValueError(
-                f"position has {n} entries: a vehicle has 2 to {MAX_AXLES} axles"
-            )
+            raise ValueError(f"position has {n} entries: a vehicle has 2 to {MAX_AXLES} axles")
         if self.position[0] != 0.0 or (np.diff(self.position) <= 0.0).any():
             raise ValueError(
                 f"position = {self.position!r} must start with 0 and be strictly increasing: it is "
@@ -196,7 +194,8 @@ class Vehicle(Parameters):
         pull[:, -1] = -(self.bogie_mass + wheelsets)
         coupler = pull.sum(axis=0)
         coupler[-1] -= self.body_mass
-        # Moments that lift the front: of the body about the pivots' height, of bogies about the rail.
+        # Moments that lift the front: of the body about the pivots' height, of bogies about the
+        # rail.
         body = coupler * (self.coupler_height - self.pivot_height)
         body[-1] += self.body_mass * (self.body_height - self.pivot_height)
         bogie = pull * self.pivot_height

@@ -122,7 +122,8 @@ def find_target(
     if match is None:
         raise ValueError(f"{path!r} is not a path such as {EXAMPLES}")
     *names, key = match[1].split(".")
-    where = names.pop(0) if names[0] in ("vehicle", "controllers") else ""
+    # A vehicle's own numbers stand in the scenario: vehicle.body_mass.
+    where = names.pop(0) if names[0] in ("vehicle", "controllers") and names[1:] else ""
     section = where, ".".join(names)
     keys, table = _section(path, *section, contents)
     quantities = {
