@@ -594,16 +594,27 @@ class Plant:
             for side, share in self._cleaned.items():
                 self._inputs[f"cleaned_{side}"][place] = share
         self._step_on(place, self._timing.step * row, step, self._tolerance)
-        if self._cleaning.any() and step > 0.0:
-            self._clean(self._inputs[place])
+        if step > 0.0:
+            self._after_step(self._inputs[place])
 
-    def _clean(self, inputs: Any) -> None:
-        """Find how far either wheel cleans its rail, by its slip work per length [J/m]."""
-        speed, forces = self._states["speed"], self.fleet.evaluate(inputs, self._states)
-        for side in self._cleaned:
+    def _after_step(self, inputs: Any) -> None:
+        """Find how far either wheel cleans its rail, for the next step."""
+        if self._cleaning.any():
+            self._clean_by(self._cleaning_work(self.fleet.evaluate(inputs, self._states)))
+
+    def _cleaning_work(self, forces: Any) -> FloatArray:
+        """Slip work per length on either rail, shape (n, 2) [J/m]."""
+        speed, works = self._states["speed"], np.empty((len(self.trains), 2))
+        per_length = 1.0 / np.maximum(np.abs(speed), self._slowest)
+        for i, side in enumerate(self._cleaned):
             slip = self.radius * self._states[f"omega_{side}"] - speed
-            work = forces[f"creep_force_{side}"] * slip / np.maximum(np.abs(speed), self._slowest)
-            self._cleaned[side] = -np.expm1(-self._cleaning * np.maximum(work, 0.0))
+            works[:, i] = forces[f"creep_force_{side}"] * slip * per_length
+        return np.maximum(works, 0.0, out=works)
+
+    def _clean_by(self, work: FloatArray) -> None:
+        """Set how far rails are clean after slip work per length, shape (n, 2) [J/m]."""
+        clean = -np.expm1(-self._cleaning[:, np.newaxis] * work)
+        self._cleaned = dict(zip(self._cleaned, clean.T, strict=True))
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""

@@ -163,28 +163,20 @@ class VehicleRuns(Runs):
         super()._advance(place, row, step)
         if step > 0.0:
             self._load = self._load + self._follow * change
-            self._target = 0.5 * self._loads_under(self.fleet.evaluate(inputs, self._states))
+            self._target = 0.5 * self._loads_under(self._forces)
 
-    def _clean(self, inputs: Any) -> None:
-        """Find how far each wheel's rail is clean, by its own work and that of axles in front."""
-        speed, forces = self._states["speed"], self.fleet.evaluate(inputs, self._states)
-        works = []
-        for side in self._cleaned:
-            slip = self.radius * self._states[f"omega_{side}"] - speed
-            works.append(
-                np.maximum(
-                    forces[f"creep_force_{side}"] * slip / np.maximum(np.abs(speed), self._slowest),
-                    0.0,
-                )
-            )
-        own = np.stack(works, axis=-1)
+    def _after_step(self, inputs: Any) -> None:
+        """Find the forces, and how far each wheel's rail is clean: by axles in front too."""
+        self._forces = self.fleet.evaluate(inputs, self._states)
+        if not self._cleaning.any():
+            return
+        own = self._cleaning_work(self._forces)
         for i, rails in enumerate(self._rails):
             of = slice(i * self.axles, (i + 1) * self.axles)
             distance = self._states["distance"][of]
             rails.slide(distance, own[of])
             own[of] += rails.work_before(distance)
-        for side, work in zip(self._cleaned, own.T, strict=True):
-            self._cleaned[side] = -np.expm1(-self._cleaning * work)
+        self._clean_by(own)
 
 
 @dataclass(frozen=True, eq=False)

@@ -241,8 +241,10 @@ static void advance(journey *j, int alike) {
     int axles = g.axles = (int)j->axles;
     equations problem = equations_of(&g);
     int busy = 0;
+    drivetrain_input resting = *j->input; /* at the nominal load, whose scales are known */
+    resting.load_left = resting.load_right = 0.5 * j->members->contact->nominal_load;
     for (int l = 0; l < LANES; l++) { /* idle lanes hold the numbers of the first drivetrain */
-        load(&g, l, j->members, j->input, j->state, run.y);
+        load(&g, l, j->members, &resting, j->state, run.y);
         run.left[l] = run.count[l] = g.share[l] = 0.0;
         run.h[l] = 1.0;
         j->rest[l] = -1.0;

@@ -139,7 +139,8 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, parameter: Parame
         refused = f"it.{key} = {wrong!r} must be a number in {limits.unit}"
         assert error_of({key: [wrong] if parameter.many else wrong}).startswith(refused)
     if limits.whole:
-        assert error_of({key: 2.5}) == f"it.{key} = 2.5 must be a whole number"
+        broken = [2.5] if parameter.many else 2.5
+        assert error_of({key: broken}) == f"it.{key} = 2.5 must be a whole number"
     low, high = limits.usual or (0.0, 0.0)
     for unusual in (1e-3 * low, 1e3 * high):
         if limits.allow(unusual) and not limits.is_usual(unusual):
