@@ -90,7 +90,6 @@ class VehicleRuns(Runs):
     ) -> None:
         self._vehicles = [scenario.vehicle for scenario in scenarios if scenario.vehicle]
         self.axles = self._vehicles[0].axles
-        self._rails: list[RailState] = []
         super().__init__(
             [axle for scenario in scenarios for axle in axles_of(scenario)],
             control,
@@ -127,20 +126,13 @@ class VehicleRuns(Runs):
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
             forces = self.fleet.evaluate(self._inputs[0], self._states)
             self._load = self._target = 0.5 * self._loads_under(forces)
-        self._rails = [self._rail_state(i) for i in range(len(self._vehicles))]
+        distance = np.reshape(self._states["distance"], (-1, self.axles))
+        cleaning = next((track for track in self.tracks if track.cleaning > 0.0), self.tracks[0])
+        self._rails = RailState(cleaning, distance)  # for its works, which no friction enters
 
     def _behind(self) -> FloatArray:
         """Distance of each axle behind the first one of its vehicle [m]."""
         return np.concatenate([vehicle.position for vehicle in self._vehicles])
-
-    def _rail_state(self, vehicle: int) -> RailState:
-        """Slip work on the rails of a vehicle's run, as far as it can come."""
-        first = vehicle * self.axles
-        scenario = self._scenarios[first]
-        fastest = abs(scenario.initial_speed) + 5.0 * scenario.duration
-        reach = min(fastest * scenario.duration + 10.0, 9e4)
-        distance = self._states["distance"][first : first + self.axles]
-        return RailState(scenario.rails, np.array(distance), reach)
 
     def _loads_under(self, forces: Any) -> FloatArray:
         """Loads of the axles under the kernel's outputs [N]."""
@@ -170,13 +162,9 @@ class VehicleRuns(Runs):
         self._forces = self.fleet.evaluate(inputs, self._states)
         if not self._cleaning.any():
             return
-        own = self._cleaning_work(self._forces)
-        for i, rails in enumerate(self._rails):
-            of = slice(i * self.axles, (i + 1) * self.axles)
-            distance = self._states["distance"][of]
-            rails.slide(distance, own[of])
-            own[of] += rails.work_before(distance)
-        self._clean_by(own)
+        own, distance = self._cleaning_work(self._forces), self._states["distance"]
+        self._rails.slide(distance, own)
+        self._clean_by(own + self._rails.work_before(distance).reshape(own.shape))
 
 
 @dataclass(frozen=True, eq=False)

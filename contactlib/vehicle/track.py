@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -9,14 +10,13 @@ from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contactlib.base.quantities import (
     FINITE,
     NOT_NEGATIVE,
     POSITIVE,
     FloatArray,
-    Limits,
     Quantity,
     checked,
     checked_number,
@@ -417,24 +417,22 @@ class Track:
 
 
 CELL = 0.1  # length of rail with one friction [m]
-LONGEST = 1e5  # stretch of rails whose cleaning is known [m]
 
 
 class RailState:
-    """Slip work on both rails of a track by the axles of a train, for those behind.
+    """Slip work on both rails of a track by the axles of trains, for those that come after.
 
-    Each axle finds the friction that the axles in front have left, by the work of all of them.
-    `run_vehicle` uses it, and your own model of a train can.
+    Each axle finds the friction that the axles before it have left, by the work of all of them; in
+    reverse running the last axle comes first. `run_vehicle` uses it, and your own model of a train
+    can.
 
     Parameters
     ----------
     track : Track
         Factors before the train, and how slip work raises them.
     distance : ndarray
-        Distances of the axles at the start, the leading one first, shape (n,) [m].
-    reach : float
-        Distance that no axle comes to, at least that of the leading one, and at most 100 km from
-        the last one [m].
+        Distances of the axles at the start, shape (n,), or (trains, n) for as many trains, each on
+        rails of its own [m].
 
     Attributes
     ----------
@@ -442,15 +440,15 @@ class RailState:
         Whether slip work changes anything.
     """
 
-    def __init__(self, track: Track, distance: FloatArray, reach: float) -> None:
+    def __init__(self, track: Track, distance: FloatArray) -> None:
         distance = checked("distance", distance, FINITE)
-        self._track, self._start = track, float(distance.min()) - 1.0
-        least, most = float(distance.max()), float(distance.min()) + LONGEST
-        reach = checked_number("reach", reach, Limits(at_least=least, at_most=most))
-        cells = int((reach - self._start) / CELL) + 2
-        self._work = np.zeros((cells, len(distance), 2))  # [J/m]
-        self._last = self._cells(distance)
-        self.cleans = track.cleaning > 0.0
+        self._track, self.cleans = track, track.cleaning > 0.0
+        self._shape = (*distance.shape, 2)
+        trains = math.prod(distance.shape[:-1])
+        self._train = np.repeat(np.arange(trains), distance.size // max(trains, 1))
+        self._last = self._cells(distance)  # that each axle is on
+        self._first = 0  # cell of the first known work
+        self._work = np.zeros((trains, 0, 2))  # [J/m]
 
     def friction(self, distance: FloatArray, time: float = 0.0) -> FloatArray:
         """Factors under both wheels at the axles' distances [m] at a time [s], shape (n, 2)."""
@@ -460,18 +458,31 @@ class RailState:
         return self._track.cleaned(scale, self.work_before(distance))
 
     def work_before(self, distance: FloatArray) -> FloatArray:
-        """Slip work that the axles in front of each have left at its distance [J/m], (n, 2)."""
-        before = np.cumsum(self._work[self._cells(distance)], axis=1)
-        return np.stack([np.zeros(2), *(before[i, i - 1] for i in range(1, len(distance)))])
+        """Slip work that other axles have left at the distance of each [J/m], shape (n, 2)."""
+        places = self._places(self._cells(distance))
+        return self._work[self._train, places].reshape(self._shape)
 
     def slide(self, distance: FloatArray, work: FloatArray) -> None:
         """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m]."""
-        if not self.cleans:
-            return
         now = self._cells(distance)
-        for axle, (last, cell) in enumerate(zip(self._last, now, strict=True)):
-            self._work[last : cell + 1, axle] = np.maximum(work[axle], 0.0)
+        moved = now - self._last
+        left, side, work = np.abs(moved), np.sign(moved), np.maximum(work, 0.0).reshape(-1, 2)
+        for k in range(int(left.max()) if self.cleans else 0):
+            leaves = left > k
+            cells = self._places(self._last[leaves] + k * side[leaves])
+            self._work[self._train[leaves], cells] += work[leaves]
         self._last = now
 
-    def _cells(self, distance: FloatArray) -> FloatArray:
-        return np.asarray((distance - self._start) / CELL, dtype=np.intp)
+    def _cells(self, distance: FloatArray) -> NDArray[np.intp]:
+        return np.floor(np.ravel(distance) / CELL).astype(np.intp)
+
+    def _places(self, cells: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Where the work of cells is kept; makes room for cells that are new."""
+        known = self._work.shape[1]
+        before, after = self._first - int(cells.min()), int(cells.max()) + 1 - self._first - known
+        if before > 0 or after > 0:
+            spare = 1024 + known  # so that a long run makes room rarely
+            more = (before > 0) * (before + spare), (after > 0) * (after + spare)
+            self._work = np.pad(self._work, ((0, 0), more, (0, 0)))
+            self._first -= more[0]
+        return cells - self._first

@@ -16,8 +16,6 @@ from .system import build
 from .vehicle import AXLES, COORDINATES, SHAFT, SPIN, Forces, Locomotive, Motion
 from .wheels import Element, Source, inputs
 
-STRONGEST = 10.0  # acceleration that no friction allows [m/s2]
-
 
 class Drive(Protocol):
     """Source of the motors' torques, such as `Motors`."""
@@ -136,8 +134,7 @@ def simulate(
             f"{drive.sample_time!r} s"
         )
     at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
-    reach = at[0] + speed * duration + 0.5 * STRONGEST * duration**2
-    state = cl.vehicle.RailState(cl.Track() if rails is None else rails, at, reach)
+    state = cl.vehicle.RailState(cl.Track() if rails is None else rails, at)
     rows: list[tuple[FloatArray, ...]] = []
     # Exudyn needs the first accelerations before the first step.
     now = {

@@ -79,7 +79,7 @@ def test_many_are_one_by_one() -> None:
 
 
 def test_axles_find_what_those_in_front_have_done() -> None:
-    state = RailState(DIRTY, np.array([20.0, 17.0, 5.0]), 200.0)
+    state = RailState(DIRTY, np.array([20.0, 17.0, 5.0]))
     works = np.array([[4e3, 0.0], [2e3, 1e3], [9e9, 9e9]])
     for k in range(700):
         at = np.array([20.0, 17.0, 5.0]) + 0.5 * CELL * k
@@ -88,7 +88,7 @@ def test_axles_find_what_those_in_front_have_done() -> None:
     before = DIRTY.friction_scale(at, 0.0)
     done = [[0.0, 0.0], [4e3, 0.0], [6e3, 1e3]]
     np.testing.assert_allclose(friction, DIRTY.cleaned(before, done), rtol=1e-14)
-    idle = RailState(replace(DIRTY, cleaning=0.0), at, 200.0)
+    idle = RailState(replace(DIRTY, cleaning=0.0), at)
     idle.slide(at, works)
     assert not idle.cleans
     np.testing.assert_array_equal(idle.friction(at), before)
