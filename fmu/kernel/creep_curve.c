@@ -296,12 +296,19 @@ static creep_point edge_between(const curve *c, creep_point inside, double outsi
     return inside;
 }
 
+/* Ratio of the creepages between which one side of the curve is searched, and their number. */
+static double ratio_of_intervals(const curve *c, int *n) {
+    double whole = logarithm(c->last / c->first);
+    *n = (int)ceil(INTERVALS * whole / 2.302585092994046);
+    return exponential(whole / *n);
+}
+
 /* Search one side of the curve from zero creepage outward. */
 static void walk(search *s, double side) {
     const curve *c = s->c;
     creep_point at = point_at(c, 0.0);
-    int n = (int)ceil(INTERVALS * logarithm(c->last / c->first) / 2.302585092994046);
-    double ratio = exponential(logarithm(c->last / c->first) / n), creepage = c->first;
+    int n;
+    double ratio = ratio_of_intervals(c, &n), creepage = c->first;
     for (int i = 0; i <= n && !s->full; i++, creepage *= ratio) {
         creep_point next = point_at(c, side * creepage), a = at, b = next;
         if (isnan(at.torque) && !isnan(next.torque)) a = edge_between(c, next, at.creepage);
@@ -426,6 +433,9 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 
 /* ---- Branches ---- */
 
+/* Of so many neighbouring curves one is searched from end to end. */
+enum { SEARCHED = 64 };
+
 double creep_curve_grip(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at, double torque,
                         double *limit) {
@@ -449,19 +459,49 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
     return NAN;
 }
 
-double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
-                        const creep_conditions *at, double *creepage) {
+/* Largest force of a curve; returns the number of its turns, which is 2 with a single maximum. */
+static size_t peak_of(const curve *c, double *force, double *creepage) {
     creep_point turns[MAX_TURNS];
-    curve c = curve_of(table, contact, NULL, at);
-    size_t count = turns_of(&c, 1.0, MAX_TURNS, turns);
-    double largest = 0.0;
+    size_t count = turns_of(c, 1.0, MAX_TURNS, turns);
+    *force = 0.0;
     *creepage = NAN;
     for (size_t k = 0; k < count && k < MAX_TURNS; k++)
-        if (turns[k].force > largest) {
-            largest = turns[k].force;
+        if (turns[k].force > *force) {
+            *force = turns[k].force;
             *creepage = k + 1 < count ? turns[k].creepage : INFINITY;
         }
-    return largest;
+    return count;
+}
+
+double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
+                        const creep_conditions *at, double *creepage) {
+    curve c = curve_of(table, contact, NULL, at);
+    double force;
+    peak_of(&c, &force, creepage);
+    return force;
+}
+
+/* Find the only maximum of a curve, with the bits of the whole search, if it lies between the same
+ * creepages of the search as a guess, or beside. */
+static int peak_near(const curve *c, double guess, double *force, double *creepage) {
+    int n;
+    double ratio = ratio_of_intervals(c, &n), before = 0.0, low = c->first;
+    for (int i = 1; i < n && low * ratio <= guess; i++) before = low, low *= ratio;
+    creep_point a = point_at(c, low), b = point_at(c, low * ratio), turn;
+    if (a.slope < 0.0 && before > 0.0) {
+        b = a;
+        a = point_at(c, before);
+    } else if (b.slope > 0.0) {
+        a = b;
+        b = point_at(c, low * ratio * ratio);
+    }
+    if (!(a.slope > 0.0 && b.slope < 0.0 && b.creepage < c->last)) return 0;
+    search s = {.c = c, .level = NAN, .room = 1, .points = &turn};
+    refine(&s, a, b, HALVINGS);
+    if (s.count != 1) return 0;
+    *force = turn.force;
+    *creepage = turn.creepage;
+    return 1;
 }
 
 static creep_conditions conditions_of(const drivetrain_input *in, double speed) {
@@ -486,11 +526,15 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
 
 void drivetrain_peak_many(const drivetrain_member *members, size_t n, const drivetrain_input *input,
                           const double *speed, double *force) {
+    double creepage = NAN; /* of the last peak, if it was its curve's only one */
     for (size_t i = 0; i < n; i++) {
-        force_element_parameters contact = *members[i].contact;
+        const drivetrain_member *m = &members[i];
+        int alike = i % SEARCHED != 0 && m->contact == m[-1].contact && m->table == m[-1].table;
+        force_element_parameters contact = *m->contact;
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);
-        double creepage;
-        force[i] = creep_curve_peak(members[i].table, &contact, &at, &creepage);
+        curve c = curve_of(m->table, &contact, NULL, &at);
+        if (alike && isfinite(creepage) && peak_near(&c, creepage, &force[i], &creepage)) continue;
+        if (peak_of(&c, &force[i], &creepage) != 2) creepage = NAN;
     }
 }
