@@ -151,6 +151,19 @@ class NativeFleet:
                 "largest number of substeps"
             )
 
+    def evaluating(
+        self, inputs: NDArray[np.void], states: NDArray[np.void], outputs: NDArray[np.void]
+    ) -> Callable[[int], None]:
+        """Function that sets the outputs of the states under a row of the inputs."""
+        row, state = pointer(inputs, "drivetrain_input"), pointer(states, "drivetrain_state")
+        output, evaluate = pointer(outputs, "drivetrain_output"), library().drivetrain_evaluate_many
+        members, size = self.members, self.size
+
+        def set_outputs(place: int) -> None:
+            evaluate(members, size, 1, row + place * size, state, output)
+
+        return set_outputs
+
     def evaluate(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> NDArray[np.void]:
         """Output records of input and state records, both of shape (..., n)."""
         inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)

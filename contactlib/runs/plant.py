@@ -420,10 +420,12 @@ class Plant:
         """Let the kernel step the states in place."""
         self._commanded = self._inputs["commanded_torque"]
         self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
+        self._forces = np.zeros(len(self.trains), kernel.drivetrain_dtype("output"))
+        self._find_forces = self.fleet.evaluating(self._inputs, self._states, self._forces)
 
     def __getstate__(self) -> dict[str, Any]:
         """State for copies and pickles, without what belongs to the kernel."""
-        left_out = ("fleet", "available", "_commanded", "_step_on")
+        left_out = ("fleet", "available", "_commanded", "_step_on", "_forces", "_find_forces")
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -595,20 +597,21 @@ class Plant:
                 self._inputs[f"cleaned_{side}"][place] = share
         self._step_on(place, self._timing.step * row, step, self._tolerance)
         if step > 0.0:
-            self._after_step(self._inputs[place])
+            self._after_step(place)
 
-    def _after_step(self, inputs: Any) -> None:
+    def _after_step(self, place: int) -> None:
         """Find how far either wheel cleans its rail, for the next step."""
         if self._cleaning.any():
-            self._clean_by(self._cleaning_work(self.fleet.evaluate(inputs, self._states)))
+            self._find_forces(place)
+            self._clean_by(self._cleaning_work())
 
-    def _cleaning_work(self, forces: Any) -> FloatArray:
+    def _cleaning_work(self) -> FloatArray:
         """Slip work per length on either rail, shape (n, 2) [J/m]."""
         speed, works = self._states["speed"], np.empty((len(self.trains), 2))
         per_length = 1.0 / np.maximum(np.abs(speed), self._slowest)
         for i, side in enumerate(self._cleaned):
             slip = self.radius * self._states[f"omega_{side}"] - speed
-            works[:, i] = forces[f"creep_force_{side}"] * slip * per_length
+            works[:, i] = self._forces[f"creep_force_{side}"] * slip * per_length
         return np.maximum(works, 0.0, out=works)
 
     def _clean_by(self, work: FloatArray) -> None:

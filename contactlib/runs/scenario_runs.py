@@ -168,7 +168,7 @@ def run_vehicle(
     *,
     index: int = 0,
     step: float | None = None,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-6,
     progress: Callable[[float], object] = lambda part: None,
 ) -> VehicleResult:
     """Run a scenario of a vehicle, each axle under a copy of one controller.
@@ -185,7 +185,9 @@ def run_vehicle(
         Time between rows, over which friction and loads are held [s]. Default: as for
         `run_scenario`.
     tolerance : float, optional
-        Relative error of each of the integrator's substeps [1].
+        Relative error of each of the integrator's substeps [1]. With the default, creep forces of
+        the shipped locomotive are right to 2e-7 of friction; rows of 5 ms, over which loads are
+        held, err by 2e-3 where an axle slips away and by 4e-5 in the mean.
     progress : callable, optional
         Called with the fraction of the duration that is done, from 0 to 1.
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +27,14 @@ if TYPE_CHECKING:
 
 SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
 VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m"}
-TOTALS = ("creep_force", "available_force", "drive_torque", *WORKS, "stored_energy")
+TOTALS = (
+    "creep_force",
+    "available_force",
+    "drive_torque",
+    *WORKS,
+    "stored_energy",
+    "energy_defect",
+)
 
 
 def axles_of(scenario: Scenario) -> list[Scenario]:
@@ -111,42 +118,54 @@ class VehicleRuns(Runs):
         """Find the first state under the loads of its own forces."""
         grades = [train.wheelset.resistance.grade for train in self.trains]
         self._weight = STANDARD_GRAVITY * np.array(grades)
-        bodies = [train.wheelset for train in self.trains]
-        self._damping = np.array([body.damping for body in bodies])
-        self._light = 1.0 / np.array([body.inertia for body in bodies])
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
         steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
-        radii = self.radius[:: self.axles].tolist()
-        parts = [v.statics(radius) for v, radius in zip(self._vehicles, radii, strict=True)]
-        self._statics = [np.stack(part) for part in zip(*parts, strict=True)]
-        self._load = self._target = 0.5 * self._statics[0].ravel()
+        self._static, self._by_given = self._statics()
+        self._load = self._target = 0.5 * self._static.ravel()
         for _ in range(SETTLING):
             super()._begin(index)
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
-            forces = self.fleet.evaluate(self._inputs[0], self._states)
-            self._load = self._target = 0.5 * self._loads_under(forces)
+            self._find_forces(0)
+            self._load = self._target = self._half_loads()
         distance = np.reshape(self._states["distance"], (-1, self.axles))
         cleaning = next((track for track in self.tracks if track.cleaning > 0.0), self.tracks[0])
         self._rails = RailState(cleaning, distance)  # for its works, which no friction enters
+
+    def _statics(self) -> tuple[FloatArray, FloatArray]:
+        """Loads at rest [N], and their derivatives by what `_half_loads` takes of the axles.
+
+        Shapes (vehicles, axles) and (vehicles, axles, 4 axles).
+        """
+        static, derivatives = [], []
+        for vehicle, train in zip(self._vehicles, self.trains[:: self.axles], strict=True):
+            body = train.wheelset
+            at_rest, by_force, by_acceleration, by_turning = vehicle.statics(body.radius)
+            by_torque = by_turning / body.inertia  # d omega/dt = (T - r Q - damping omega)/I
+            mean = np.repeat(by_acceleration[:, np.newaxis] / self.axles, self.axles, axis=1)
+            parts = by_force - body.radius * by_torque, by_torque, -body.damping * by_torque, mean
+            static.append(at_rest)
+            derivatives.append(np.hstack(parts))
+        return np.stack(static), np.stack(derivatives)
 
     def _behind(self) -> FloatArray:
         """Distance of each axle behind the first one of its vehicle [m]."""
         return np.concatenate([vehicle.position for vehicle in self._vehicles])
 
-    def _loads_under(self, forces: Any) -> FloatArray:
-        """Loads of the axles under the kernel's outputs [N]."""
-        static, by_force, by_acceleration, by_turning = self._statics
-        force = forces["creep_force_left"] + forces["creep_force_right"]
-        omega = 0.5 * (self._states["omega_left"] + self._states["omega_right"])
-        turning = (
-            forces["drive_torque"] - self.radius * force - self._damping * omega
-        ) * self._light
-        rate = (forces["speed_rate"] + self._weight).reshape(static.shape).mean(axis=-1)
-        load = static + by_acceleration * rate[:, np.newaxis]
-        for matrices, values in ((by_force, force), (by_turning, turning)):
-            load += (matrices @ values.reshape(*static.shape, 1))[..., 0]
-        return np.asarray(np.maximum(load, 0.0).ravel())
+    def _half_loads(self) -> FloatArray:
+        """Half of the loads of the axles under the present forces, by statics [N]."""
+        shape, forces = self._static.shape, self._forces
+        given = np.stack(
+            [
+                (forces["creep_force_left"] + forces["creep_force_right"]).reshape(shape),
+                forces["drive_torque"].reshape(shape),
+                (0.5 * (self._states["omega_left"] + self._states["omega_right"])).reshape(shape),
+                (forces["speed_rate"] + self._weight).reshape(shape),
+            ],
+            axis=-2,
+        )
+        by_given = self._by_given @ given.reshape(len(given), -1, 1)
+        return np.asarray(np.maximum(0.5 * (self._static + by_given[..., 0]), 0.0).ravel())
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
@@ -155,14 +174,14 @@ class VehicleRuns(Runs):
         super()._advance(place, row, step)
         if step > 0.0:
             self._load = self._load + self._follow * change
-            self._target = 0.5 * self._loads_under(self._forces)
+            self._target = self._half_loads()
 
-    def _after_step(self, inputs: Any) -> None:
-        """Find the forces, and how far each wheel's rail is clean: by axles in front too."""
-        self._forces = self.fleet.evaluate(inputs, self._states)
+    def _after_step(self, place: int) -> None:
+        """Find the forces, and how far each wheel's rail is clean: by other axles too."""
+        self._find_forces(place)
         if not self._cleaning.any():
             return
-        own, distance = self._cleaning_work(self._forces), self._states["distance"]
+        own, distance = self._cleaning_work(), self._states["distance"]
         self._rails.slide(distance, own)
         self._clean_by(own + self._rails.work_before(distance).reshape(own.shape))
 

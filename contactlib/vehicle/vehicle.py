@@ -104,12 +104,13 @@ class Vehicle(Parameters):
             )
         if n % self.axles_per_bogie or n == self.axles_per_bogie:
             raise ValueError(
-                f"axles_per_bogie = {self.axles_per_bogie!r} must give two or more bogies of "
+                f"axles_per_bogie = {self.axles_per_bogie:g} must give two or more bogies of "
                 f"{n} axles"
             )
         for name in ("driven", "braked"):
             if any(not number <= n for number in getattr(self, name)):
-                raise ValueError(f"{name} = {getattr(self, name)!r} must be numbers from 1 to {n}")
+                given = ", ".join(f"{number:g}" for number in getattr(self, name))
+                raise ValueError(f"{name} = [{given}] must be numbers from 1 to {n}")
 
     @property
     def axles(self) -> int:

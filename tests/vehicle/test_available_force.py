@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib import kernel
+from contactlib.vehicle import Drivetrain
 
 
 @pytest.mark.parametrize("scale", [0.3, 1.0, 1.2])
@@ -53,3 +55,29 @@ def test_wheels_that_turn_equally_are_not_both_at_their_peaks(rig: cl.Model, oth
     assert force == cl.vehicle.available_force(
         element, speed=12.0, friction_scale=other, other_friction_scale=1.0
     )
+
+
+@pytest.mark.parametrize("model", ["locomotive.toml", "rig", "polach", "heat"])
+def test_neighbouring_peaks_have_the_bits_of_single_ones(model: str, rig: cl.Model) -> None:
+    """Along drifting load, friction, slope and speed, with jumps and other wheels in between."""
+    wheelset = (rig if model == "rig" else cl.load_model("locomotive.toml")).wheelset
+    if model == "polach":
+        law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5)
+        changed = replace(wheelset.element, table=cl.CreepForceTable.from_law(law))
+        wheelset = replace(wheelset, element=changed)
+    elif model == "heat":
+        friction = wheelset.element.friction
+        softens = replace(friction, slip_rate_decay=0.0, softening_temperature=500.0)
+        wheelset = replace(wheelset, element=replace(wheelset.element, friction=softens))
+    n, rng = 400, np.random.default_rng(2)
+    load, scale, slope, speed = np.exp(np.clip(rng.normal(0.0, 0.05, (4, n)).cumsum(1), -2, 1))
+    inputs = np.zeros(n, kernel.drivetrain_dtype("input"))
+    inputs["load_left"] = inputs["load_right"] = 0.5 * wheelset.element.normal_load * load
+    inputs["friction_left"], inputs["slope"] = scale, slope
+    inputs["friction_right"] = scale * np.where(np.arange(n) % 100 < 20, 0.7, 1.0)
+    inputs["load_left"][250:] *= 0.2
+    member = Drivetrain(wheelset).member()
+    together = kernel.NativeFleet([member] * n).peak(inputs, 10.0 * speed)
+    one = kernel.NativeFleet([member])
+    alone = [one.peak(inputs[i : i + 1], 10.0 * speed[i : i + 1])[0] for i in range(n)]
+    np.testing.assert_array_equal(together, alone)

@@ -1,0 +1,193 @@
+"""Runs of a vehicle: against wheelsets by themselves, another solver, and balances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.integrate import solve_ivp
+
+import contactlib as cl
+from contactlib import kernel
+from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.runs import OUTCOMES, VehicleResult, axles_of, run_vehicle, vehicle_metrics
+from contactlib.traction import Measurement, Sensors
+from contactlib.vehicle import Drivetrain, Track
+
+
+@cache
+def shipped(**changes: Any) -> cl.Scenario:
+    return replace(cl.load_scenario("four_axles.toml"), duration=6.0, **changes)
+
+
+def test_equal_axles_without_load_transfer_are_wheelsets() -> None:
+    """On even rails, under one controller without noise."""
+    scenario = shipped(track=Track(), sensors=Sensors())
+    assert scenario.vehicle is not None
+    wheelset = scenario.drivetrain.wheelset
+    low: dict[str, Any] = dict.fromkeys(
+        ("body_height", "bogie_height", "pivot_height", "coupler_height"), 0.0
+    )
+    body = 4.0 * wheelset.element.normal_load / STANDARD_GRAVITY - 26e3
+    vehicle = replace(scenario.vehicle, **low, wheelset_mass=0.0, body_mass=body)
+    drivetrain = replace(
+        scenario.drivetrain, wheelset=replace(wheelset, mass=vehicle.mass / vehicle.axles)
+    )
+    scenario = replace(scenario, vehicle=vehicle, drivetrain=drivetrain)
+    together = run_vehicle(scenario, "creep_pi", tolerance=1e-9)
+    alone = cl.run_scenario(axles_of(scenario)[0], "creep_pi", tolerance=1e-9)
+    friction = alone["available_force"].max()
+    for axle in together.axles:
+        assert_allclose(axle["creep_force"], alone["creep_force"], atol=1e-9 * friction)
+        assert_allclose(axle["available_force"], alone["available_force"], rtol=1e-8)
+        assert_allclose(axle["speed"], alone["speed"], rtol=1e-9)
+
+
+def test_the_axles_share_their_speed_as_in_another_solver() -> None:
+    """Four different axles with memory, by SciPy's Radau on the system as a whole."""
+    wheelset = shipped().drivetrain.wheelset
+    element, n = wheelset.element, 4
+    friction, torque = np.array([0.5, 1.0, 0.6, 1.0]), np.array([1.5e4, 2.4e4, 2e4, 1e4])
+    load = np.array([0.9, 1.1, 0.95, 1.05]) * element.normal_load
+    inputs = np.zeros((1, n), kernel.drivetrain_dtype("input"))
+    states = np.zeros(n, kernel.drivetrain_dtype("state"))
+    inputs["slope"] = inputs["recovered"] = 1.0
+    inputs["friction_left"] = inputs["friction_right"] = friction
+    inputs["load_left"] = inputs["load_right"] = 0.5 * load
+    inputs["commanded_torque"] = torque
+    states["speed"], states["omega_left"], states["omega_right"] = 10.0, 20.05, 20.05
+    states["unslipped_left"] = states["unslipped_right"] = 0.5
+    fleet = kernel.NativeFleet([Drivetrain(wheelset).member()] * n, axles=n)
+    native = element.rolling_native
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        speed, omega, memory = y[0], y[1 : 1 + n], y[1 + n :].reshape(n, 3)
+        found: list[Any] = []
+        for i in range(n):
+            contact = native.evaluate_one(omega[i], speed, load[i], friction[i], *memory[i])
+            moves = wheelset.native.motion(omega[i], speed, torque[i], 0.0, contact)
+            remembers = contact.held_rate, contact.unslipped_rate, contact.outer_rate
+            found.append((moves.speed_rate, moves.omega_rate, remembers))
+        speeds, omegas, memories = zip(*found, strict=True)
+        return [np.mean(speeds), *omegas, *np.ravel(memories)]
+
+    start = [10.0, *states["omega_left"], *[0.0, 0.5, 0.0] * n]
+    known = solve_ivp(rates, (0.0, 0.1), start, "Radau", rtol=1e-8, atol=1e-8)
+    for row in range(20):
+        fleet.advance(inputs[0], states, 0.005 * row, 0.005, 1e-9, np.zeros(n))
+    assert_allclose(states["speed"], known.y[0, -1], rtol=1e-9)
+    assert_allclose(states["omega_left"], known.y[1 : 1 + n, -1], rtol=1e-7)
+
+
+def test_loads_are_those_of_statics_and_energy_closes() -> None:
+    scenario = shipped(sensors=Sensors())
+    result = run_vehicle(scenario, "creep_pi")
+    vehicle, wheelset = result.vehicle, scenario.drivetrain.wheelset
+    rest = vehicle.statics(wheelset.radius)[0]
+    steady = slice(-40, None)  # 0.2 s, of ten lags
+    statics = vehicle.loads(
+        result["creep_force"][steady],
+        acceleration=result.axles[0]["acceleration"][steady],
+        radius=wheelset.radius,
+    )
+    assert_allclose(result["normal_load"][steady], statics, rtol=1e-3)
+    assert_allclose(result["normal_load"].sum(axis=1), rest.sum(), rtol=1e-12)
+    work = result.total("drive_work")[-1]
+    assert np.abs(result.total("energy_defect")).max() < 1e-9 * work
+    assert_array_equal(result["distance"][0], -np.array(vehicle.position))
+
+
+def ramp(torque: float) -> cl.Profile:
+    return cl.Profile(at=(0.5, 1.5), value=(0.0, torque))
+
+
+def test_axles_behind_use_the_rails_that_those_in_front_have_cleaned() -> None:
+    """Forward the last axle finds most friction; in reverse the first one does."""
+    track = Track.from_breakpoints(distance=(0.0,), friction=(0.5,), cleaning=1e-3)
+    pulling = shipped(track=track, sensors=Sensors(), demand=ramp(26e3))
+    forward = run_vehicle(pulling, "creep_pi")["friction_scale_left"][-1]
+    assert (np.diff(forward) > 0.01).all()
+    backward = replace(pulling, initial_speed=-10.0, demand=ramp(-26e3))
+    reverse = run_vehicle(backward, "creep_pi")["friction_scale_left"][-1]
+    assert (np.diff(reverse) < -0.01).all()
+
+
+def test_sensors_of_the_axles_err_independently_and_repeat() -> None:
+    class Listens(cl.SampledController):
+        sample_time = 0.01
+
+        def torque(self, measurement: Measurement[float]) -> float:
+            return measurement.demand * min(0.02 * measurement.wheel_speed, 1.0)
+
+    first, again = (run_vehicle(shipped(), Listens()) for _ in range(2))
+    torque = first["commanded_torque"]
+    assert_array_equal(torque, again["commanded_torque"])
+    noise = np.diff(torque[400::2], axis=0)
+    assert np.abs(np.corrcoef(noise.T) - np.eye(4)).max() < 0.2
+
+
+def test_driven_and_braked_axles() -> None:
+    scenario = shipped()
+    assert scenario.vehicle is not None
+    half = replace(scenario.vehicle, driven=(1, 2), braked=(3, 4))
+    demand = cl.Profile(at=(0.0, 2.0, 4.0), value=(1e4, 1e4, -1e4))
+    parts = axles_of(replace(scenario, vehicle=half, demand=demand))
+    time = np.linspace(0.0, 5.0, 101)
+    for number, part in enumerate(parts, 1):
+        limit = np.maximum if number < 3 else np.minimum
+        assert_allclose(part.demand(time), limit(demand(time), 0.0), atol=1e-9)
+
+
+def test_many_are_one_by_one() -> None:
+    cases = [shipped(), shipped(sensors=Sensors()), shipped(demand=cl.Profile.of(2e4))]
+    names = [name for name, outcome in OUTCOMES.items() if outcome.observe]
+    own = {"last": lambda result: result["creep_work"][-1, 3]}
+    many = cl.run_many(cases, "creep_pi", names, metrics=own, step=0.01, index=[4, 5, 6])
+    assert not many["failed"].any()
+    for i, case in enumerate(cases):
+        run = run_vehicle(case, "creep_pi", index=4 + i, step=0.01, tolerance=1e-4)
+        alone = vehicle_metrics(run, case.drivetrain)
+        for name, value in alone._asdict().items():
+            assert_array_equal(many[name][i], value, err_msg=name)
+        assert many["last"][i] == run["creep_work"][-1, 3]
+
+
+def test_result() -> None:
+    result = run_vehicle(replace(shipped(), duration=1.0), "open_loop")
+    assert isinstance(result, VehicleResult)
+    data = result.to_xarray()
+    assert data.creep_force.dims == ("time", "axle")
+    assert data.axle.values.tolist() == [1, 2, 3, 4]
+    assert_array_equal(data.creep_force.sum("axle"), result.total("creep_force"))
+    assert_array_equal(result.totals["speed"], result["speed"][:, 2])
+    with pytest.raises(KeyError, match="no total of 'creepage': there are creep_force"):
+        result.total("creepage")
+
+
+REFUSED: Mapping[str, tuple[Any, str]] = {
+    "run_scenario": (
+        lambda: cl.run_scenario(shipped(), "creep_pi"),
+        "scenario has a vehicle of 4 axles: run_vehicle runs it",
+    ),
+    "Plant": (lambda: cl.Plant(shipped()), "a vehicle of 4 axles: a plant is of single wheelsets"),
+    "run_vehicle": (
+        lambda: run_vehicle(cl.load_scenario("dry_wet_dry.toml"), "creep_pi"),
+        "scenario.vehicle = None: run_scenario runs a wheelset",
+    ),
+    "mass": (
+        lambda: replace(shipped(), vehicle=replace(shipped().vehicle, train_mass=0.0)),  # type: ignore[type-var]
+        "must be the vehicle's mass over its number of axles",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_refused(what: str) -> None:
+    call, message = REFUSED[what]
+    with pytest.raises(ValueError, match=message):
+        call()
