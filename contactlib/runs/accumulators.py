@@ -89,7 +89,7 @@ class Vehicles(NamedTuple):
 
     @classmethod
     def of(cls, drivetrains: Sequence[Drivetrain], axles: int = 1) -> Self:
-        """Collect the parameters of drivetrains, of which `axles` make a vehicle."""
+        """Collect the parameters of drivetrains; `axles` neighbours make a vehicle."""
         bodies = [train.wheelset for train in drivetrains]
         elements = [body.element for body in bodies]
         return cls(

@@ -365,7 +365,7 @@ class Plant:
             if run.vehicle is not None:
                 raise ValueError(
                     f"scenario has a vehicle of {run.vehicle.axles} axles: a plant is of single "
-                    "wheelsets; contactlib.axles_of gives that of each axle"
+                    "wheelsets; contactlib.runs.axles_of gives the scenario of each axle"
                 )
         if not given:
             raise ValueError("scenario = [] is too short: a plant has at least one wheelset")

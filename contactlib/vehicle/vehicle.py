@@ -9,7 +9,15 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
+from contactlib.base.quantities import (
+    FINITE,
+    POSITIVE,
+    FloatArray,
+    Parameters,
+    Quantity,
+    checked,
+    checked_number,
+)
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.vehicle.track import Values
 
@@ -172,10 +180,10 @@ class Vehicle(Parameters):
                 f"creep_force has the shape {force.shape}: its last axis must have {self.axles} "
                 "entries, one for each axle"
             )
+        static, by_force, by_acceleration, by_turning = self.statics(radius)
         turning = a[..., np.newaxis] / radius * np.ones(self.axles)
         if omega_rate is not None:
             turning = checked("omega_rate", omega_rate, FINITE)
-        static, by_force, by_acceleration, by_turning = self.statics(radius)
         load = static + force @ by_force.T + a[..., np.newaxis] * by_acceleration
         load = load + turning @ by_turning.T
         return np.asarray(np.maximum(load, 0.0))
@@ -185,6 +193,7 @@ class Vehicle(Parameters):
 
         Shapes (n,), (n, n), (n,) and (n, n) in N, N/N, kg and kg.m; of wheels of a radius [m].
         """
+        radius = checked_number("radius", radius, POSITIVE)
         places, pivots = self._places
         bogies, axles = places.shape
         wheelsets = axles * self.wheelset_mass

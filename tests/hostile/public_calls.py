@@ -71,6 +71,11 @@ def drivetrain() -> Drivetrain:
 
 
 @cache
+def vehicle_scenario() -> cl.Scenario:
+    return dataclasses.replace(cl.load_scenario("four_axles.toml"), duration=0.1)
+
+
+@cache
 def scenario() -> cl.Scenario:
     return dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=0.05)
 
@@ -118,6 +123,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "Track": lambda: cl.Track(friction_left=two_points()),
     "TractionData": data,
     "WheelLoad": lambda: WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
+    "Vehicle": lambda: vehicle_scenario().vehicle,
     "Wheelset": rig,
     "contact": ellipse,
     "cohesive_table contact": lambda: "line",
@@ -141,6 +147,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "point": point,
     "RailState distance": lambda: np.zeros(2),
     "reference": two_points,
+    "run_vehicle scenario": vehicle_scenario,
     "scenario": scenario,
     "scenarios": lambda: [scenario()],
     "sensors": Sensors,
@@ -173,6 +180,10 @@ NUMBERS: dict[str, Any] = {
     **{f"{name} {key}": CREEPAGES for name in PAIRED for key in ("creepage", "at")},
     **{f"{name} traction_coefficient": COEFFICIENTS for name in PAIRED},
     "MeasuredCurve kinetic": None,
+    "Vehicle position": (0.0, 3.0, 9.9, 12.9),
+    "Vehicle axles_per_bogie": 2.0,
+    "Vehicle.loads creep_force": np.zeros(4),
+    "Vehicle.loads omega_rate": np.zeros(4),
     "roll distance": np.linspace(0.0, 0.1, 12),
     "SensorReader index": [0],
     "Profile value": COEFFICIENTS,
