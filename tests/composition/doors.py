@@ -29,6 +29,7 @@ from scipy.integrate import solve_ivp
 
 import contactlib as cl
 from contactlib import figures, kernel, stability
+from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.base.writing import package_folder
 from contactlib.element.force_element import RangeWarning
 
@@ -118,6 +119,7 @@ class Case:
         self.write_scenario("scenario.toml")
 
     def write(self, name: str, data: Mapping[str, Any]) -> Path:
+        data = {key: value for key, value in data.items() if value is not None}
         lines = [f"{k} = {json.dumps(v)}" for k, v in data.items() if not isinstance(v, dict)]
         for section, keys in data.items():
             if isinstance(keys, dict):
@@ -127,7 +129,9 @@ class Case:
         path.write_text("\n".join(lines) + "\n")
         return path
 
-    def write_scenario(self, name: str, **changes: Mapping[str, Any]) -> Path:
+    def write_scenario(
+        self, name: str, sections: Mapping[str, Any] | None = None, **changes: Mapping[str, Any]
+    ) -> Path:
         """A second at 10 m/s, whose torque rises at once after 0.2 s."""
         sign = -0.5 if "brake" in self.feature.sections else 1.0
         speed = {"held_speed": {"time": [0.0], "speed": [10.0]}, "run": {"duration": 1.0}}
@@ -141,6 +145,7 @@ class Case:
             "demand": {"time": [0.2, 0.2], "torque": [sign * 6e3, sign * 16e3]},
             "controllers.open_loop": {"kind": "open_loop"},
             **self.feature.sections,
+            **(sections or {}),
             **{f"vehicle_changes.{section}": keys for section, keys in changes.items()},
         }
         return self.write(name, contents)
@@ -335,6 +340,37 @@ def runs(case: Case) -> None:
     same(state[0], run["omega"][-1], 1e-6)
 
 
+def vehicle(case: Case) -> None:
+    """Equal axles under constant loads run as the wheelset by itself; the energy closes."""
+    own = case.wheelset.element.normal_load / STANDARD_GRAVITY
+    heights = dict.fromkeys(("body_height", "bogie_height", "pivot_height", "coupler_height"), 0.0)
+    axles = {
+        "wheelset": "vehicle.toml",
+        "position": [0.0, 3.0, 9.9, 12.9],
+        "body_mass": 4.0 * own,
+        "bogie_mass": 0.0,
+        "wheelset_mass": 0.0,
+        "train_mass": 12.0 * own,
+        **heights,
+    }
+    rolling = {"held_speed": None, "run": {"duration": 1.0, "initial_speed": 10.0}}
+    file = case.write_scenario("axles.toml", {"vehicle": axles, **rolling})
+    scenario = cl.load_scenario(file)
+    run = cl.runs.run_vehicle(scenario, "open_loop", tolerance=1e-9)
+    work = np.abs(run.total("drive_work")).max() + np.abs(run.total("creep_work")).max()
+    assert np.abs(run.total("energy_defect")).max() < 1e-8 * work
+    if "track" in case.feature.sections:  # axles that come one after the other
+        for axle in run.axles:
+            there = scenario.rails.friction_scale(axle["distance"], 0.0)[:, 0]
+            clean = scenario.rails.recovered if scenario.rails.cleaning else 0.0
+            scale = axle["friction_scale_left"]
+            same(np.clip(scale, there, np.maximum(there, clean)), scale, 1e-12)
+        return
+    alone = cl.run_scenario(cl.runs.axles_of(scenario)[0], "open_loop", tolerance=1e-9)
+    for axle in run.axles:
+        same(axle["creep_force"], alone["creep_force"], 1e-8, np.abs(alone["creep_force"]).max())
+
+
 def sweeps(case: Case) -> None:
     """A sweep's numbers are those of a run of each file, to the last bit."""
     inertias = [220.0, 270.0]
@@ -501,6 +537,7 @@ DOORS: dict[str, Door] = {
     "FMU, ME": Door(fmu_exchange, takes_lateral=True),
     "kernel file": Door(kernel_file, "gcc", takes_lateral=True),
     "runs": Door(runs, takes_scenarios=True),
+    "vehicle": Door(vehicle, takes_scenarios=True),
     "sweeps": Door(sweeps, takes_scenarios=True),
     "steady states": Door(steady_states),
     "poles, loops": Door(poles),
