@@ -28,6 +28,7 @@ from outside_tools import module
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
+from contactlib.traction import OpenLoop
 from contactlib.vehicle.track import CELL
 
 if TYPE_CHECKING:
@@ -315,6 +316,24 @@ def test_a_start_does_not_chatter(locomotive: Locomotive, simulate: Simulate) ->
     assert (ways(step=1e-3, held=True) > 100.0).all()  # as a held force is not implicit
 
 
+def planar(locomotive: Locomotive) -> cl.vehicle.Vehicle:
+    """The same vehicle with loads by statics; its rotors turn the other way than its axles."""
+    v = locomotive.vehicle
+    axle = np.array([0.0, 2.0 * v.half_wheelbase])
+    return cl.vehicle.Vehicle(
+        position=tuple(np.r_[axle, axle + 2.0 * v.half_pivot_distance].tolist()),
+        body_mass=v.body_mass,
+        bogie_mass=v.bogie_mass,
+        wheelset_mass=v.wheelset_mass,
+        train_mass=v.train_mass,
+        body_height=v.body_height,
+        bogie_height=v.bogie_height,
+        pivot_height=v.link_height,
+        coupler_height=v.drawhook_height,
+        pitch_inertia=locomotive.wheel_inertia - v.gear_ratio * v.rotor_inertia,
+    )
+
+
 def test_load_transfer_is_that_of_statics(locomotive: Locomotive, simulate: Simulate) -> None:
     run = simulate(
         locomotive,
@@ -323,26 +342,46 @@ def test_load_transfer_is_that_of_statics(locomotive: Locomotive, simulate: Simu
         step=2e-3,
         once=True,
     )
-    v, wheelset, r = locomotive.vehicle, locomotive.wheelset, locomotive.wheelset.radius
-    second = 500
+    wheelset, second = locomotive.wheelset, 500
     rising = (run.rates[-1] - run.rates[-1 - second]) / (run.time[-1] - run.time[-1 - second])
-    rate, speed, along = rising[TRAIN], run.rates[-1, TRAIN], wheelset.resistance
-    train = along.constant + along.linear * speed + along.quadratic * speed**2
-    pull = v.train_mass * rate + AXLES * train
     turned = locomotive.wheel_inertia * rising[SPIN] + locomotive.shaft_inertia * rising[SHAFT]
-    creep = (20e3 - turned - wheelset.damping * run.rates[-1, SPIN]) / r
-    links = creep.reshape(2, 2).sum(axis=1) - (v.bogie_mass + 2 * v.wheelset_mass) * rate
-    tips = v.link_height * links.sum() - v.drawhook_height * pull
-    front = (tips - v.body_height * v.body_mass * rate) / (2.0 * v.half_pivot_distance)
-    # Moments about the rails under a bogie; its rotors turn the other way than its axles.
-    momentum = locomotive.wheel_inertia * rising[SPIN]
-    momentum = momentum - v.rotor_inertia * v.gear_ratio * rising[SHAFT]
-    tip = -v.link_height * links - momentum.reshape(2, 2).sum(axis=1)
-    tip -= (v.bogie_height * v.bogie_mass + 2.0 * r * v.wheelset_mass) * rate
-    change = 0.5 * (front * ENDS[:, None] + tip[:, None] / v.half_wheelbase * ENDS)
-    loads = wheelset.element.normal_load + change.ravel()
+    creep = (20e3 - turned - wheelset.damping * run.rates[-1, SPIN]) / wheelset.radius
+    loads = planar(locomotive).loads(
+        creep, acceleration=rising[TRAIN], radius=wheelset.radius, omega_rate=rising[SPIN]
+    )
     assert np.ptp(loads) > 3e4
     np.testing.assert_allclose(run.load[-1], loads, rtol=1e-3)
+
+
+def test_a_run_with_loads_by_statics_slips_away_alike(
+    locomotive: Locomotive, simulate: Simulate
+) -> None:
+    """Without conicity, whose spin takes force; springs let the body pitch and the coupler sink."""
+    ramp, duration = cl.Profile((0.0, 9.0), (0.0, 28e3)), 12.0
+    cylinders = replace(locomotive, vehicle=replace(locomotive.vehicle, conicity=0.0))
+    run = simulate(cylinders, Torques(ramp), duration=duration, step=1e-3, once=True)
+    vehicle = planar(locomotive)
+    wheelset = replace(locomotive.wheelset, mass=vehicle.mass / AXLES)
+    scenario = replace(
+        cl.load_scenario("four_axles.toml"),
+        drivetrain=cl.vehicle.Drivetrain(wheelset),
+        vehicle=vehicle,
+        track=cl.Track(),
+        demand=ramp,
+        duration=duration,
+        controllers={"open_loop": OpenLoop(sample_time=0.002)},
+    )
+    statics = cl.runs.run_vehicle(scenario, "open_loop")
+    times = [
+        [float(time[slipping.argmax()]) for slipping in (creepage > 0.05).T]
+        for time, creepage in ((run.time, run.creepage), (statics.time, statics["creepage"]))
+    ]
+    assert times[0][3] == times[1][3] == 0.0  # the axle that the others load holds
+    np.testing.assert_allclose(times[1], times[0], atol=0.02)
+    assert times[1][0] < times[1][2] < times[1][1]
+    for at in (2.0, 4.0, 6.0):
+        now, then = np.searchsorted(run.time, at), np.searchsorted(statics.time, at)
+        np.testing.assert_allclose(statics["normal_load"][then], run.load[now], rtol=5e-3)
 
 
 def linear_curving(locomotive: Locomotive, speed: float) -> tuple[FloatArray, FloatArray]:
