@@ -200,12 +200,18 @@ class NativeFleet:
             creepage[i], limit[i] = creepage[same], limit[same]
         return creepage, limit
 
-    def peak(self, inputs: NDArray[np.void], speed: FloatArray) -> FloatArray:
-        """Largest creep forces [N]."""
-        force = np.empty(self.size)
+    def peak(
+        self, inputs: NDArray[np.void], speed: FloatArray, which: NDArray[np.intp]
+    ) -> FloatArray:
+        """Largest creep forces [N] of members, by their numbers, under as many inputs and speeds.
+
+        It is ten times as fast where neighbours are of the same member under similar inputs.
+        """
+        force = np.empty(which.size)
         library().drivetrain_peak_many(
             self.members,
-            self.size,
+            pointer(np.ascontiguousarray(which, np.uintp), "size_t"),
+            which.size,
             pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
             pointer(np.ascontiguousarray(speed, np.float64), "double"),
             pointer(force, "double"),

@@ -156,6 +156,7 @@ class AvailableForce:
             for j, level in enumerate(levels[id(track)]):
                 self._level[j, :, i] = level
                 self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
+        self._fleet = kernel.NativeFleet([body.member() for body in self._bodies])
         self._nominal = np.array([body.wheelset.element.normal_load for body in self._bodies])
         self._of_case = np.array(list(cases))
         # One column for each octave of each case; nan if its polynomial has not converged.
@@ -197,7 +198,8 @@ class AvailableForce:
         there = [np.broadcast_to(x, speed.shape)[row, member] for x in (load_place, place)]
         powers = _horner(self._powers[:, :, column[row, member]], there[0])
         forces[row, member] = _horner(powers, there[1])
-        row, member = np.nonzero((column < 0) | np.isnan(forces))
+        # By wheelset, as a search begins at the one before.
+        member, row = np.nonzero(((column < 0) | np.isnan(forces)).T)
         if row.size:
             given = (signal[row, member] for signal in (speed, left, right, slope, load))
             forces[row, member] = self._search(self._body[member], *given)
@@ -233,15 +235,11 @@ class AvailableForce:
         load: FloatArray,
     ) -> FloatArray:
         """Largest forces for arrays of bodies, and of what `__call__` takes."""
-        used, place = np.unique(body, return_inverse=True)
-        trains = [self._bodies[i] for i in used.tolist()]
-        members = [train.member() for train in trains]
-        fleet = kernel.NativeFleet([members[i] for i in place.tolist()])
         inputs = np.zeros(speed.size, kernel.drivetrain_dtype("input"))
         inputs["load_left"] = inputs["load_right"] = 0.5 * load
         inputs["friction_left"], inputs["friction_right"] = left, right
         inputs["slope"] = slope
-        return fleet.peak(inputs, speed)
+        return self._fleet.peak(inputs, speed, body)
 
 
 def _count(octaves: tuple[int, int]) -> int:

@@ -524,12 +524,12 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
     }
 }
 
-void drivetrain_peak_many(const drivetrain_member *members, size_t n, const drivetrain_input *input,
-                          const double *speed, double *force) {
+void drivetrain_peak_many(const drivetrain_member *members, const size_t *which, size_t n,
+                          const drivetrain_input *input, const double *speed, double *force) {
     double creepage = NAN; /* of the last peak, if it was its curve's only one */
     for (size_t i = 0; i < n; i++) {
-        const drivetrain_member *m = &members[i];
-        int alike = i % SEARCHED != 0 && m->contact == m[-1].contact && m->table == m[-1].table;
+        const drivetrain_member *m = &members[which[i]];
+        int alike = i % SEARCHED != 0 && which[i] == which[i - 1];
         force_element_parameters contact = *m->contact;
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);

@@ -452,7 +452,10 @@ def test_inputs_of_a_drivetrain(
             fleet.advance(inputs, states, 1e-3 * k, 1e-3, 1e-11, np.zeros(1))
         end = fleet.evaluate(inputs, states)
         speed = np.array([5.0])
-        limits = {"grip": fleet.grip(inputs, speed, speed)[0], "peak": fleet.peak(inputs, speed)}
+        limits = {
+            "grip": fleet.grip(inputs, speed, speed)[0],
+            "peak": fleet.peak(inputs, speed, np.arange(len(speed))),
+        }
         rows.append((begin, end, states, limits))
     for key, rounding, found, expected in zip(
         ("begin", "end", "state", "limit"), (1e-12, 1e-7, 1e-7, 1e-9), *rows, strict=True

@@ -421,7 +421,8 @@ static void test_curve(const creep_table *table, const force_element_parameters 
                                .friction_right = at.friction_scale[1],
                                .slope = 1.0};
         double force, held, top;
-        drivetrain_peak_many(&member, 1, &in, &at.speed, &force);
+        size_t first = 0;
+        drivetrain_peak_many(&member, &first, 1, &in, &at.speed, &force);
         CHECK(force == largest);
         at.balanced = 0.0;
         torque = creep_curve_grip(table, parameters, &body, &at, torque, &limit);

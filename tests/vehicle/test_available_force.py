@@ -77,7 +77,7 @@ def test_neighbouring_peaks_have_the_bits_of_single_ones(model: str, rig: cl.Mod
     inputs["friction_right"] = scale * np.where(np.arange(n) % 100 < 20, 0.7, 1.0)
     inputs["load_left"][250:] *= 0.2
     member = Drivetrain(wheelset).member()
-    together = kernel.NativeFleet([member] * n).peak(inputs, 10.0 * speed)
-    one = kernel.NativeFleet([member])
-    alone = [one.peak(inputs[i : i + 1], 10.0 * speed[i : i + 1])[0] for i in range(n)]
+    fleet, one = kernel.NativeFleet([member]), np.zeros(1, dtype=np.intp)
+    together = fleet.peak(inputs, 10.0 * speed, np.zeros(n, dtype=np.intp))
+    alone = [fleet.peak(inputs[i : i + 1], 10.0 * speed[i : i + 1], one)[0] for i in range(n)]
     np.testing.assert_array_equal(together, alone)
