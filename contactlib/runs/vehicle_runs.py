@@ -122,12 +122,12 @@ class VehicleRuns(Runs):
         steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
         self._static, self._by_given = self._statics()
-        self._load = self._target = 0.5 * self._static.ravel()
+        self._load = self._target = self._before = 0.5 * self._static.ravel()
         for _ in range(SETTLING):
             super()._begin(index)
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
             self._find_forces(0)
-            self._load = self._target = self._half_loads()
+            self._load = self._target = self._before = self._half_loads()
         distance = np.reshape(self._states["distance"], (-1, self.axles))
         cleaning = next((track for track in self.tracks if track.cleaning > 0.0), self.tracks[0])
         self._rails = RailState(cleaning, distance)  # for its works, which no friction enters
@@ -169,12 +169,12 @@ class VehicleRuns(Runs):
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
-        change = self._target - self._load
+        change = 1.5 * self._target - 0.5 * self._before - self._load
         inputs["load_left"] = inputs["load_right"] = self._load + self._halfway * change
         super()._advance(place, row, step)
         if step > 0.0:
             self._load = self._load + self._follow * change
-            self._target = self._half_loads()
+            self._before, self._target = self._target, self._half_loads()
 
     def _after_step(self, place: int) -> None:
         """Find the forces, and how far each wheel's rail is clean: by other axles too."""
