@@ -24,6 +24,7 @@ from contactlib.figures.style import (
     drivetrain_setting,
     page_size,
 )
+from contactlib.figures.vehicle import vehicle_comparison, vehicle_creep_curve, vehicle_run
 
 __all__ = [
     "CONTACT_PATCH",
@@ -54,4 +55,7 @@ __all__ = [
     "stability_over_speed",
     "thermal_curves",
     "time_histories",
+    "vehicle_comparison",
+    "vehicle_creep_curve",
+    "vehicle_run",
 ]

@@ -36,7 +36,7 @@ from contactlib.figures.style import (
     styled,
     typeset,
 )
-from contactlib.runs.outcomes import Metrics
+from contactlib.runs.outcomes import Metrics, VehicleMetrics
 from contactlib.runs.result import Result
 
 WINDOWS = 200  # of the longest run, each with one minimum and maximum in an envelope
@@ -116,7 +116,7 @@ def scenario_run(
 
 def comparison(
     results: Mapping[str, Result],
-    metrics: Mapping[str, Metrics],
+    metrics: Mapping[str, Metrics] | Mapping[str, VehicleMetrics],
     *,
     title: str,
     caption: str,
@@ -207,7 +207,7 @@ def _eventful(result: Result) -> tuple[float, float]:
     return float(result.time[head[0]]), float(result.time[tail[-1]])
 
 
-def _summary(result: Result, metrics: Metrics) -> str:
+def _summary(result: Result, metrics: Metrics | VehicleMetrics) -> str:
     used, limited = metrics.adhesion_utilisation, metrics.limited_utilisation
     share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of demanded force used\n"
     if not math.isnan(limited):
@@ -349,9 +349,9 @@ def _from_zero(axes: Axes) -> None:
     """Start the axis of a quantity that keeps its sign at zero."""
     low, high = axes.get_ylim()
     if low > 0.0:
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(bottom=0.0, auto=None)  # what shares the axis may need more
     elif high < 0.0:
-        axes.set_ylim(top=0.0)
+        axes.set_ylim(top=0.0, auto=None)
 
 
 def _factors(results: Sequence[Result]) -> list[tuple[str, dict[str, Any], list[FloatArray]]]:
@@ -388,16 +388,22 @@ def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
     row[0].set(ylim=(0.0, 1.1 * top), ylabel="friction\nfactor  [1]")
 
 
-def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str) -> None:
-    """Caption under the figure, and a key to the lines below it."""
-    handles: list[Any] = [
+def keys() -> list[Line2D]:
+    """Keys to the lines of the figures: rising and falling branch, and what is given."""
+    return [
         Line2D([], [], color=paint.blue, label="rising branch"),
         Line2D([], [], color=paint.orange, ls=DASHED, label="falling branch"),
         Line2D([], [], color=paint.ink, ls=DOTTED, lw=1.2, label=GIVEN),
     ]
-    bands = [band for axes in figure.axes for band in axes.collections]
-    name = _envelope(runs[0])
-    if name in [band.get_label() for band in bands]:
+
+
+def _legend(
+    figure: Figure, runs: Sequence[_Drawn], caption: str, given: Sequence[Line2D] = ()
+) -> None:
+    """Caption under the figure, and a key to the lines below it: the usual ones or those given."""
+    handles: list[Any] = list(given or keys())
+    bands = {band.get_label() for axes in figure.axes for band in axes.collections}
+    for name in bands & set(map(_envelope, runs)):
         handles.append(Patch(color=paint.mixed(48), label=name))
     factors = _factors([run.result for run in runs])
     if len(factors) > 1:

@@ -1,0 +1,206 @@
+"""Figures of a vehicle's run: its axles side by side on common axes, and whole vehicles compared.
+
+Lines are as in `contactlib.figures.scenario`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from contactlib.base.quantities import FloatArray
+from contactlib.figures.scenario import (
+    AXES,
+    _drawn,
+    _force,
+    _friction,
+    _friction_varies,
+    _legend,
+    _limits,
+    _rows,
+    _speed,
+    _summary,
+    _torque,
+    comparison,
+    keys,
+)
+from contactlib.figures.style import (
+    by_stability,
+    labelled,
+    new_figure,
+    paint,
+    sized,
+    styled,
+)
+from contactlib.runs.outcomes import Metrics, VehicleMetrics
+from contactlib.runs.result import Result
+from contactlib.runs.vehicle_runs import TOTALS, VehicleResult
+from contactlib.vehicle.wheelset import Wheelset
+
+LARGEST = ("creepage", "creepage_left", "creepage_right", "slip_velocity")  # of a whole vehicle
+
+
+def vehicle_run(
+    result: VehicleResult,
+    metrics: Sequence[Metrics],
+    *,
+    title: str,
+    caption: str,
+    over: str = "time",
+    minimum_speed: float = 0.0,
+) -> Figure:
+    """Force, load, torque, speed and friction of a vehicle: a column for each axle, common axes.
+
+    Parameters
+    ----------
+    result : VehicleResult
+        Result of `contactlib.runs.run_vehicle`.
+    metrics : sequence of Metrics
+        `contactlib.metrics` of each axle, for the headings.
+    title, caption : str
+        Title, and caption below the figure.
+    over : str, optional
+        "time", or "distance", which is that of each axle: axles pass a place of the track at one
+        point of their axes.
+    minimum_speed : float, optional
+        Lowest speed at which a creepage is drawn [m/s].
+    """
+    runs = _drawn(result.axles, over, minimum_speed)
+    varies = _friction_varies(result.axles)
+    with styled():
+        figure, grid = _columns(len(runs), 8.4 + varies, **_rows(4, varies))
+        for number, run in enumerate(runs):
+            column = grid[:, number]
+            _force(column[0], run)
+            load = 1e-3 * run.result["normal_load"]
+            column[1].plot(run.at, load, color=paint.ink, lw=1.3)
+            column[1].set_ylabel("axle load  [kN]")
+            _torque(column[2], run)
+            _speed(column[3], run)
+            column[3].get_legend().remove()  # the key below has its lines
+            heading = f"axle {number + 1}\n{_summary(run.result, metrics[number])}"
+            column[0].set_title(heading, fontsize=sized(9))
+            labelled(column[-1], AXES[over], xlim=_limits(runs, over))
+            column[-1].xaxis.set_major_locator(MaxNLocator(4, steps=(1, 2, 5, 10)))
+        if varies:
+            _friction(grid[-1], runs)
+        for axes in grid[:, 1:].flat:
+            axes.set_ylabel("")
+        figure.align_ylabels(grid[:, 0])
+        _legend(figure, runs, caption, (*keys(), *grid[3, 0].lines))
+        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
+    return figure
+
+
+def vehicle_creep_curve(
+    result: VehicleResult,
+    wheelset: Wheelset,
+    *,
+    title: str,
+    caption: str,
+    minimum_speed: float = 0.0,
+) -> Figure:
+    """Creep force over load against creepage of each axle: its path through the run, and the curve.
+
+    The curves are those of the rails with the highest and the lowest friction that the axle meets,
+    under the nominal load, at the highest speed there. A dot is at the end of the run. The axis of
+    the creepages is logarithmic if a wheel slips away.
+
+    Parameters
+    ----------
+    result, title, caption, minimum_speed
+        As for `vehicle_run`.
+    wheelset : Wheelset
+        Wheelset of the scenario's drivetrain.
+    """
+    runs = _drawn(result.axles, "time", minimum_speed)
+    zeta0 = wheelset.element.saturation_creepage
+    largest = float(np.nanmax([np.abs(run.creepage) for run in runs], initial=0.0))
+    wide = largest > 10.0 * zeta0
+    near, far = 0.1 * zeta0 * wide, max((2.0 if wide else 1.1) * largest, 2.0 * zeta0)
+    zeta = np.geomspace(near, far, 600) if wide else np.linspace(near, far, 600)
+    grey: dict[str, Any] = {"color": paint.grey, "lw": 1.0}
+    end: dict[str, Any] = {"color": paint.ink, "marker": "o", "ms": 5, "ls": "none", "zorder": 5}
+    with styled():
+        figure, grid = _columns(len(runs), 4.6, nrows=1, sharex=True)
+        for number, (run, axes) in enumerate(zip(runs, grid[0], strict=True)):
+            for curve in _best_and_worst(wheelset, run.result, zeta):
+                axes.plot(zeta, curve, **grey)
+            ratio = run.result["creep_force"] / np.maximum(run.result["normal_load"], 1.0)
+            at, path = np.abs(run.creepage), np.sign(run.creepage) * ratio
+            by_stability(axes, at, path, run.result["falling_branch"] == 0.0, lw=1.4)
+            axes.plot(at[-1:], path[-1:], **end)
+            labelled(axes, "creepage", title=f"axle {number + 1}", log="x" * wide, steps=(1.0,))
+            axes.set(xlim=(near, far))
+        labelled(grid[0, 0], y="traction coefficient", ylim=(0.0, None))
+        met = Line2D([], [], label="steady, on the best and the worst rails met", **grey)
+        _legend(figure, (), caption, (*keys()[:2], met, Line2D([], [], label="at the end", **end)))
+        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
+    return figure
+
+
+def _best_and_worst(wheelset: Wheelset, result: Result, zeta: FloatArray) -> Iterator[FloatArray]:
+    """Creep curves on the rails with the highest and the lowest friction, at the speed there."""
+    friction = 0.5 * (result["friction_scale_left"] + result["friction_scale_right"])
+    for scale in sorted({friction.max(), friction.min()}):
+        rows = np.flatnonzero(friction == scale)
+        row = rows[np.abs(result["speed"][rows]).argmax()]
+        element = wheelset.with_slope(float(result["slope_scale"][row])).element
+        speed = max(abs(float(result["speed"][row])), element.minimum_speed)
+        yield element.at_creepage(zeta, speed=speed, friction_scale=scale)["traction_coefficient"]
+
+
+def vehicle_comparison(
+    results: Mapping[str, VehicleResult],
+    metrics: Mapping[str, VehicleMetrics],
+    *,
+    title: str,
+    caption: str,
+    over: str = "time",
+    minimum_speed: float = 0.0,
+) -> Figure:
+    """Total force and torque, largest creepage, lowest friction: a column for each controller.
+
+    Parameters
+    ----------
+    results : mapping
+        Results of `contactlib.runs.run_vehicle` by name.
+    metrics : mapping
+        `contactlib.runs.vehicle_metrics` of each.
+    title, caption, over, minimum_speed
+        As for `vehicle_run`; the distance is that of the first axle.
+    """
+    whole = {name: _whole(result) for name, result in results.items()}
+    caption = (
+        "Forces and torques are sums over the axles, the creepage is that of the axle that slips "
+        "fastest, the friction the lowest; lines are dashed while any axle is on the falling "
+        f"branch. {caption}"
+    )
+    return comparison(
+        whole, metrics, title=title, caption=caption, over=over, minimum_speed=minimum_speed
+    )
+
+
+def _whole(result: VehicleResult) -> Result:
+    """A vehicle's signals as those of one wheelset."""
+    rows, worst = np.arange(result.time.size), np.abs(result["slip_velocity"]).argmax(axis=-1)
+    signals = {name: result.axles[0][name] for name in result.units}
+    signals |= {name: result[name][rows, worst] for name in LARGEST}
+    for name in ("demand", "commanded_torque", *TOTALS):
+        signals[name] = result[name].sum(axis=-1)
+    for name in ("friction_scale_left", "friction_scale_right", "slope_scale"):
+        signals[name] = result[name].min(axis=-1)
+    signals["falling_branch"] = result["falling_branch"].max(axis=-1)
+    return Result(result.time, signals, result.units)
+
+
+def _columns(count: int, height: float, **grid: Any) -> tuple[Figure, Any]:
+    """Figure with a column for each axle."""
+    return new_figure(
+        max(5.0, 2.7 * count), height, ncols=count, sharey="row", squeeze=False, **grid
+    )

@@ -1,0 +1,154 @@
+"""The figures of vehicles: what is drawn, read back from the lines, against the run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import figure_checks as checks
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from numpy.testing import assert_allclose
+
+import contactlib as cl
+from contactlib.figures import vehicle_comparison, vehicle_creep_curve, vehicle_run
+from contactlib.runs import Metrics, VehicleResult, run_vehicle, vehicle_metrics
+
+CAPTION = "Each of 4 axles at 0, 3, 9.9 and 12.9 m: k_hat 0.3."
+
+
+@cache
+def scenario() -> cl.Scenario:
+    return replace(cl.load_scenario("four_axles.toml"), duration=6.0)
+
+
+@pytest.fixture(scope="module")
+def run() -> VehicleResult:
+    return run_vehicle(scenario(), "creep_pi")
+
+
+@pytest.fixture(scope="module")
+def axles(run: VehicleResult) -> list[Metrics]:
+    return [cl.metrics(axle, scenario().drivetrain) for axle in run.axles]
+
+
+def changed(run: VehicleResult, number: int, **given: Any) -> VehicleResult:
+    """A result whose axle of a number has other signals."""
+    axles = list(run.axles)
+    signals = MappingProxyType({**axles[number - 1].signals, **given})
+    axles[number - 1] = cl.Result(run.time, signals, run.units)
+    return replace(run, axles=tuple(axles))
+
+
+def drawn(axes: Axes) -> np.ndarray:
+    """Values of the two coloured lines of a panel, which meet where the branch changes."""
+    solid, dashed = (line for line in axes.lines if checks.style_of(line) != ":")
+    return np.asarray(np.where(np.isnan(a := solid.get_ydata()), dashed.get_ydata(), a))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("over", ["time", "distance"])
+def test_axles_can_be_read_on_one_scale(
+    run: VehicleResult, axles: list[Metrics], over: str, tmp_path: Path
+) -> None:
+    figure = vehicle_run(run, axles, title="Wet: creep control", caption=CAPTION, over=over)
+    checks.check_axes(figure)
+    checks.check_layout(figure)
+    checks.check_saved(figure, tmp_path)
+    grid = np.array(figure.axes).reshape(5, 4)
+    for column, axle, metrics in zip(grid.T, run.axles, axles, strict=True):
+        force, load, torque, speed, friction = column
+        assert_allclose(drawn(force), 1e-3 * axle["creep_force"])
+        assert_allclose(np.asarray(load.lines[0].get_ydata()), 1e-3 * axle["normal_load"])
+        assert_allclose(drawn(torque), 1e-3 * axle["drive_torque"])
+        _, rim, _ = checks.lines(speed, "wheel rim")
+        assert_allclose(rim, axle["speed"] + axle["slip_velocity"])
+        x, _, _ = checks.lines(speed, "vehicle")
+        assert_allclose(x, axle.time if over == "time" else axle["distance"])
+        assert_allclose(np.asarray(friction.lines[0].get_ydata()), axle["friction_scale_left"])
+        used = f"{100.0 * metrics.limited_utilisation:.1f} % used where friction limits"
+        assert used in force.get_title(loc="left")
+    for row in grid:
+        assert len({axes.get_ylim() for axes in row}) == 1
+
+
+def test_no_axle_leaves_the_scale_of_the_first(run: VehicleResult, axles: list[Metrics]) -> None:
+    """The first axle's torque does not come to zero, and a later one's is larger."""
+    for number, torque in ((1, 20e3), (2, 40e3), (3, 30e3), (4, 35e3)):
+        held = torque * (1.0 + 0.1 * run.time)
+        run = changed(run, number, drive_torque=held, demand=held)
+    grid = np.array(vehicle_run(run, axles, title="", caption="").axes).reshape(5, 4)
+    assert {axes.get_ylim()[0] for axes in grid[2]} == {0.0}
+    assert min(axes.get_ylim()[1] for axes in grid[2]) >= 1e-3 * 40e3 * 1.6
+
+
+def test_a_path_ends_where_the_axle_is(run: VehicleResult, tmp_path: Path) -> None:
+    wheelset = scenario().drivetrain.wheelset
+    figure = vehicle_creep_curve(run, wheelset, title="Wet: creep control", caption=CAPTION)
+    checks.check_all(figure, tmp_path)
+    assert {axes.get_xscale() for axes in figure.axes} == {"linear"}
+    for axes, axle in zip(figure.axes, run.axles, strict=True):
+        worst, best, *path, end = axes.lines
+        ratio = axle["creep_force"] / axle["normal_load"]
+        assert checks.place(end) == pytest.approx((axle["creepage"][-1], ratio[-1]))
+        values = [np.asarray(line.get_ydata()) for line in path]
+        assert_allclose(np.nanmax(values), np.abs(ratio).max())
+        low, high = (np.asarray(line.get_ydata()).max() for line in (worst, best))
+        # Loads, and with them the peaks, differ by a few per cent from the nominal.
+        assert low < np.nanmax(values) < 1.03 * high
+
+
+def test_a_curve_is_that_of_the_friction_met(run: VehicleResult) -> None:
+    """Under even friction there is one curve; in braking the force is drawn upward as well."""
+    ones = dict.fromkeys(("friction_scale_left", "friction_scale_right"), np.ones_like(run.time))
+    signs = {name: -run.axles[0][name] for name in ("creepage", "creep_force", "slip_velocity")}
+    wheelset = scenario().drivetrain.wheelset
+    figure = vehicle_creep_curve(
+        changed(run, 1, **ones, **signs), wheelset, title="", caption=CAPTION
+    )
+    curve, *path, _ = figure.axes[0].lines
+    assert len(path) == 2
+    speed = run["speed"].max()
+    zeta = np.asarray(curve.get_xdata(), np.float64)
+    record = wheelset.element.at_creepage(zeta, speed=speed)
+    assert_allclose(np.asarray(curve.get_ydata()), record["traction_coefficient"])
+    assert min(np.nanmin(np.asarray(line.get_ydata())) for line in path) > -1e-3
+
+
+def test_creepages_of_a_wheel_that_slips_away_are_logarithmic(run: VehicleResult) -> None:
+    slip = np.where(run.time > 5.0, 3.0, run.axles[1]["creepage"])
+    away = changed(run, 2, creepage=slip, slip_velocity=slip * run["speed"][:, 1])
+    figure = vehicle_creep_curve(away, scenario().drivetrain.wheelset, title="", caption="")
+    for axes in figure.axes:
+        assert axes.get_xscale() == "log"
+        assert axes.get_xlim()[1] == pytest.approx(6.0)
+
+
+@pytest.mark.slow
+def test_whole_vehicles_are_compared_by_sums_and_extremes(
+    run: VehicleResult, tmp_path: Path
+) -> None:
+    runs = {"creep_pi": run, "open_loop": run_vehicle(scenario(), "open_loop")}
+    metrics = {name: vehicle_metrics(one, scenario().drivetrain) for name, one in runs.items()}
+    figure = vehicle_comparison(runs, metrics, title="Wet rails", caption=CAPTION)
+    checks.check_axes(figure)
+    checks.check_layout(figure)
+    checks.check_saved(figure, tmp_path)
+    grid = np.array(figure.axes).reshape(4, 2)
+    for column, one in zip(grid.T, runs.values(), strict=True):
+        assert_allclose(drawn(column[0]), 1e-3 * one.total("creep_force"))
+        largest = np.abs(one["creepage"]).max(axis=-1)
+        assert_allclose(drawn(column[1]), 100.0 * np.maximum(largest, 1e-4))
+        assert_allclose(drawn(column[2]), 1e-3 * one.total("drive_torque"))
+        assert_allclose(
+            np.asarray(column[3].lines[0].get_ydata()), one["friction_scale_left"].min(axis=-1)
+        )
+
+
+def test_an_unknown_axis_is_refused(run: VehicleResult, axles: list[Metrics]) -> None:
+    with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
+        vehicle_run(run, axles, title="", caption="", over="place")
