@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from contactlib import figures
 from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
 from contactlib.figures import drivetrain_setting, run_name
 from contactlib.files.scenario import Scenario
-from contactlib.runs.outcomes import OUTCOMES, Metrics, comparison_table, metrics, write_comparison
-from contactlib.runs.result import Result
-from contactlib.runs.scenario_runs import run_scenario
+from contactlib.runs.outcomes import (
+    OUTCOMES,
+    Metrics,
+    comparison_table,
+    metrics,
+    vehicle_metrics,
+    write_comparison,
+)
+from contactlib.runs.scenario_runs import run_scenario, run_vehicle
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
 from contactlib.stability import (
     controllability,
@@ -28,6 +35,9 @@ from contactlib.vehicle.continuous_control import ContinuousController
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from contactlib.runs.vehicle_runs import VehicleResult
+    from contactlib.vehicle.drivetrain import Drivetrain
 
 
 class Reporter(Protocol):
@@ -47,7 +57,7 @@ def write_report(
     reporter: Reporter,
     formats: Sequence[str] = ("png", "svg"),
     over: str = "time",
-) -> dict[str, Metrics]:
+) -> dict[str, Any]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
     Parameters
@@ -58,7 +68,9 @@ def write_report(
         Controllers to run it under.
     folder : path
         Created after the runs if missing. It gets metrics.txt, .csv and .json, a CSV file and a
-        figure for each run, and for more than one run a figure that compares them.
+        figure for each run, and for more than one run a figure that compares them. A vehicle's run
+        NAME gets as well the metrics by axle, NAME.axles.txt, .csv and .json, and a figure of its
+        axles on the creep curve, NAME.creep_curve.
     reporter : Reporter
         Shows progress, events and metrics.
     formats : sequence of str, optional
@@ -69,62 +81,94 @@ def write_report(
     Returns
     -------
     dict
-        Metrics by name.
+        `Metrics` by name, or `VehicleMetrics` of a vehicle.
 
     Raises
     ------
     OSError
         If the folder cannot be created or written.
     """
-    output = Path(folder)
+    output, drivetrain = Path(folder), scenario.drivetrain
     for line in outlook(scenario):
         reporter.line(line)
-    results: dict[str, Result] = {}
-    all_metrics: dict[str, Metrics] = {}
+    results: dict[str, Any] = {}
     for name in names:
         with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
-            results[name] = run_scenario(scenario, name, progress=progress)
-        all_metrics[name] = metrics(results[name], scenario.drivetrain)
-        for event in results[name].events:
+            run = run_scenario if scenario.vehicle is None else run_vehicle
+            results[name] = run(scenario, name, progress=progress)
+        for event in results[name].events if scenario.vehicle is None else ():
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
+    measured: Any = metrics if scenario.vehicle is None else vehicle_metrics
+    all_metrics = {name: measured(result, drivetrain) for name, result in results.items()}
+    by_axle: dict[str, dict[str, Metrics]] = {}
+    if scenario.vehicle is not None:
+        by_axle = {name: _by_axle(result, drivetrain) for name, result in results.items()}
     reporter.line(comparison_table(all_metrics))
+    for name, axles in by_axle.items():
+        reporter.line(f"\nAxles under {name}:")
+        reporter.line(comparison_table({f"axle {i}": one for i, one in axles.items()}))
     output.mkdir(parents=True, exist_ok=True)
     for name, result in results.items():
         result.to_csv(output / f"{name}.csv")
-    parts = drivetrain_setting(scenario.drivetrain), track_text(scenario), sensors_text(scenario)
-    caption = " ".join(part for part in parts if part)
-    slowest = scenario.drivetrain.wheelset.element.minimum_speed
     write_comparison(output, all_metrics)
+    for name, axles in by_axle.items():
+        write_comparison(output, axles, stem=f"{name}.axles", of="axle")
     with reporter.step(f"{scenario.name}: drawing"):
-        drawn = {
-            name: figures.scenario_run(
-                results[name],
-                all_metrics[name],
-                title=f"{scenario.name}: {figures.run_name(name)}",
-                caption=caption,
-                over=over,
-                minimum_speed=slowest,
-            )
-            for name in names
-        }
-        if len(names) > 1:
-            drawn["comparison"] = figures.comparison(
-                results,
-                all_metrics,
-                title=scenario.name,
-                caption=caption,
-                over=over,
-                minimum_speed=slowest,
-            )
+        for name, figure in _drawn(scenario, results, all_metrics, by_axle, over).items():
+            figures.save_pictures(figure, output, name, formats)
         if len(names) == 1:
             for suffix in formats:
                 (output / f"comparison.{suffix}").unlink(missing_ok=True)  # from earlier runs
-        for name, figure in drawn.items():
-            figures.save_pictures(figure, output, name, formats)
     return all_metrics
+
+
+def _by_axle(result: VehicleResult, drivetrain: Drivetrain) -> dict[str, Metrics]:
+    """Metrics of the axles by number; their energy closes only in sum."""
+    every = (metrics(axle, drivetrain) for axle in result.axles)
+    return {str(i): one._replace(energy_defect=math.nan) for i, one in enumerate(every, start=1)}
+
+
+def _drawn(
+    scenario: Scenario,
+    results: Mapping[str, Any],
+    all_metrics: Mapping[str, Any],
+    by_axle: Mapping[str, Mapping[str, Metrics]],
+    over: str,
+) -> dict[str, Any]:
+    """Figures of the runs by name of their files."""
+    texts = vehicle_text(scenario) + drivetrain_setting(scenario.drivetrain), track_text(scenario)
+    wheelset = scenario.drivetrain.wheelset
+    look: dict[str, Any] = {
+        "caption": " ".join(text for text in (*texts, sensors_text(scenario)) if text),
+        "minimum_speed": wheelset.element.minimum_speed,
+    }
+    drawn = {}
+    for name, result in results.items():
+        title = f"{scenario.name}: {figures.run_name(name)}"
+        if name in by_axle:
+            every = list(by_axle[name].values())
+            drawn[name] = figures.vehicle_run(result, every, title=title, over=over, **look)
+            curve = figures.vehicle_creep_curve(result, wheelset, title=title, **look)
+            drawn[f"{name}.creep_curve"] = curve
+        else:
+            one = all_metrics[name]
+            drawn[name] = figures.scenario_run(result, one, title=title, over=over, **look)
+    if len(results) > 1:
+        compare = figures.vehicle_comparison if by_axle else figures.comparison
+        look["title"] = scenario.name
+        drawn["comparison"] = compare(results, all_metrics, over=over, **look)
+    return drawn
+
+
+def vehicle_text(scenario: Scenario) -> str:
+    """Beginning of a sentence about the axles; empty for a wheelset."""
+    if scenario.vehicle is None:
+        return ""
+    *places, last = (f"{place:g}" for place in scenario.vehicle.position)
+    return f"Each of {scenario.vehicle.axles} axles at {', '.join(places)} and {last} m: "
 
 
 def track_text(scenario: Scenario) -> str:

@@ -192,9 +192,11 @@ def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     if "axes" in data:
         raise ValueError(IS_SWEEP)
     if "vehicle" in data:
+        vehicle = data["vehicle"]
+        name = vehicle.get("wheelset") if isinstance(vehicle, dict) else vehicle
         raise ValueError(
-            f"is a scenario of the vehicle {data['vehicle']!r}, not a model: "
-            "contactlib.load_scenario reads it and the command 'contactlib simulate' runs it"
+            f"is a scenario, not a model: name its model, {name!r}; contactlib.load_scenario reads "
+            "a scenario and the command 'contactlib simulate' runs it"
         )
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, "run"], [])

@@ -292,6 +292,7 @@ class Scenario(Parameters):
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""
         between = {
+            "[vehicle]": self.vehicle is not None,
             "[axle]": self.drivetrain.axle is not None,
             "[motor]": self.drivetrain.motor != Motor(),
             "[brake]": self.drivetrain.brake is not None,

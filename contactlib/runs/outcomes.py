@@ -467,12 +467,27 @@ def comparison_table(metrics: Mapping[str, Metrics | VehicleMetrics]) -> str:
 
 
 def write_comparison(
-    folder: str | os.PathLike[str], metrics: Mapping[str, Metrics | VehicleMetrics]
+    folder: str | os.PathLike[str],
+    metrics: Mapping[str, Metrics | VehicleMetrics],
+    *,
+    stem: str = "metrics",
+    of: str = "controller",
 ) -> tuple[Path, Path, Path]:
     """Write metrics.txt, metrics.csv and metrics.json to a folder; return their paths.
 
     The CSV file has a line for each run, with numbers to full precision, "nan" and "inf". In JSON,
     which has neither, a metric that does not apply is null, and an infinite recovery is "never".
+
+    Parameters
+    ----------
+    folder : path
+        The folder.
+    metrics : mapping
+        Metrics of each run by name.
+    stem : str, optional
+        Name of the files, without suffix.
+    of : str, optional
+        What the names are: the first column of the CSV file.
 
     Raises
     ------
@@ -482,7 +497,7 @@ def write_comparison(
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
     units = {name: OUTCOMES[name].unit for name in _fields(metrics)}
-    writer.writerow(["controller", *(f"{name} [{unit}]" for name, unit in units.items())])
+    writer.writerow([of, *(f"{name} [{unit}]" for name, unit in units.items())])
     writer.writerows([name, *map(repr, run)] for name, run in metrics.items())
     parts = {
         name: {key: {"value": _json(value), "unit": units[key]} for key, value in values.items()}
@@ -494,7 +509,7 @@ def write_comparison(
         "json": json.dumps(parts, indent=2, allow_nan=False) + "\n",
     }
     as_text, as_csv, as_json = (
-        write_whole(Path(folder) / f"metrics.{suffix}", content.encode())
+        write_whole(Path(folder) / f"{stem}.{suffix}", content.encode())
         for suffix, content in contents.items()
     )
     return as_text, as_csv, as_json

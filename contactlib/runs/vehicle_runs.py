@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
 VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m"}
+SHARED = ("speed", "acceleration")  # signals that all axles have in common
 TOTALS = (
     "creep_force",
     "available_force",
@@ -226,6 +229,19 @@ class VehicleResult:
         """All totals, and the speed, by name."""
         sums = {name: self.total(name) for name in TOTALS if name in self.units}
         return ReadOnly({"speed": self.axles[0]["speed"], **sums})
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Write all signals as `Result.to_csv` does, a column for each axle: `creep_force_1 [N]`.
+
+        Speed and acceleration are the vehicle's and have one column.
+        """
+        signals = {name: self.axles[0][name] for name in SHARED}
+        units = {name: self.units[name] for name in SHARED}
+        for name, unit in self.units.items():
+            if name not in SHARED:
+                named = {f"{name}_{i}": axle[name] for i, axle in enumerate(self.axles, start=1)}
+                signals, units = signals | named, units | dict.fromkeys(named, unit)
+        return Result(self.time, signals, units).to_csv(path)
 
     def to_xarray(self) -> Dataset:
         """Convert to an `xarray.Dataset` over time and axle, whose numbers start at 1."""

@@ -17,13 +17,14 @@ import numpy as np
 import pytest
 from command_line import call, done, refused
 from matplotlib.figure import Figure
+from own_controller import SlipPI
 from plain_scenario import controls, wet_patch
 
 import contactlib as cl
 from contactlib.cli import report
 from contactlib.cli.commands import main
 from contactlib.cli.report import outlook
-from contactlib.runs import tuning
+from contactlib.runs import run_vehicle, tuning, vehicle_metrics
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.stability import reduced_plant
 from contactlib.traction import OpenLoop, Sensors
@@ -97,6 +98,58 @@ def test_the_numbers_are_those_of_the_runs(compared: tuple[Path, str]) -> None:
         column = head.index("creepage [1]")
         np.testing.assert_array_equal([float(row[column]) for row in rows], run["creepage"])
     assert (folder / "out" / "metrics.txt").read_text() in shown
+
+
+@pytest.mark.slow
+def test_a_vehicle_is_reported_as_a_whole_and_by_axle(tmp_path: Path) -> None:
+    """Under a controller of the file and one of the user's own; 1.5 s of each."""
+    shipped = cl.files.model_path("four_axles.toml").read_text()
+    (tmp_path / "short.toml").write_text(shipped.replace("duration = 20.0", "duration = 1.5"))
+    own = Path(__file__).parents[1] / "own_controller.py"
+    command = "simulate", tmp_path / "short.toml", "--compare", "--controller", f"{own}:SlipPI"
+    shown = done(*command, "--format", "png", "-o", tmp_path / "out").output
+    each = ("csv", "png", "creep_curve.png", *(f"axles.{e}" for e in ("txt", "csv", "json")))
+    names = {f"{n}.{e}" for n in ("open_loop", "creep_pi", "SlipPI") for e in each}
+    names |= {"comparison.png", *(f"metrics.{e}" for e in ("txt", "csv", "json"))}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    case = cl.load_scenario(tmp_path / "short.toml")
+    for name, controller in (("creep_pi", "creep_pi"), ("SlipPI", SlipPI())):
+        run = run_vehicle(case, controller)
+        with (tmp_path / "out" / f"{name}.csv").open() as file:
+            head, *rows = csv.reader(file)
+        columns = dict(zip(head, np.array(rows, np.float64).T, strict=True))
+        np.testing.assert_array_equal(columns["time [s]"], run.time)
+        for i, axle in enumerate(run.axles, start=1):
+            np.testing.assert_array_equal(columns[f"creep_force_{i} [N]"], axle["creep_force"])
+            np.testing.assert_array_equal(columns["speed [m/s]"], axle["speed"])
+        written = json.loads((tmp_path / "out" / "metrics.json").read_text())[name]
+        whole = vehicle_metrics(run, case.drivetrain)
+        assert written["slip_work"]["value"] == whole.slip_work
+        with (tmp_path / "out" / f"{name}.axles.csv").open() as file:
+            lines = list(csv.DictReader(file))
+        assert [line["axle"] for line in lines] == ["1", "2", "3", "4"]
+        works = [float(line["slip_work [J]"]) for line in lines]
+        assert sum(works) == pytest.approx(whole.slip_work, rel=1e-12)
+        assert {line["energy_defect [1]"] for line in lines} == {"nan"}  # it closes in sum only
+        assert (tmp_path / "out" / f"{name}.axles.txt").read_text().splitlines()[0].split() == [
+            *("metric", "unit", "1", "2", "3", "4")
+        ]
+    assert "Axles under SlipPI:" in shown
+
+
+@pytest.mark.parametrize(
+    "command", ["fmu", "kernel", "table", "explore --no-open", "figures --stability"]
+)
+def test_what_takes_a_model_names_that_of_a_vehicle(command: str) -> None:
+    error = refused(*command.split(), "four_axles.toml")
+    assert "is a scenario, not a model: name its model, 'locomotive.toml'" in error
+
+
+def test_a_continuous_controller_drives_no_vehicle() -> None:
+    control = cl.load_scenario("torque_or_creep.toml").any_controller("torque")
+    case = cl.load_scenario("four_axles.toml")
+    with pytest.raises(ValueError, match=r"controllers\.own is continuous .* \[vehicle\]"):
+        dataclasses.replace(case, controllers={"own": control})
 
 
 def test_what_delays_rule_out_is_reported_before_anything_runs(compared: tuple[Path, str]) -> None:
