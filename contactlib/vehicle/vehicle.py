@@ -42,13 +42,22 @@ class Vehicle(Parameters):
         Distance of each axle behind the first one, from zero on [m]; 2 to 8 axles.
     axles_per_bogie : float, optional
         Number of axles of each bogie. Its pivot is in the middle of them. Default: 2.
-    body_mass, bogie_mass, wheelset_mass : float
-        Masses of the body, of one bogie without its wheelsets and of one wheelset [kg].
+    body_mass : float
+        Mass of the body [kg].
+    bogie_mass : float
+        Mass of one bogie without its wheelsets [kg].
+    wheelset_mass : float
+        Mass of one wheelset [kg].
     train_mass : float, optional
         Mass of the train behind the coupler [kg]. Default: 0.
-    body_height, bogie_height, pivot_height, coupler_height : float
-        Heights above the rail of the centres of mass of body and bogies, of the places at which the
-        bogies pull the body, and of the coupler [m].
+    body_height : float
+        Height of the body's centre of mass above the rail [m].
+    bogie_height : float
+        Height of a bogie's centre of mass, without its wheelsets, above the rail [m].
+    pivot_height : float
+        Height above the rail at which the bogies pull the body [m].
+    coupler_height : float
+        Height of the coupler above the rail [m].
     pitch_inertia : float, optional
         Angular momentum of wheelset and rotor over the wheelset's angular velocity [kg.m2]: that of
         the wheelset less ``gear_ratio`` times that of a rotor that turns the other way. A wheelset
@@ -56,8 +65,10 @@ class Vehicle(Parameters):
     load_lag : float, optional
         Time constant with which the loads follow the forces, that of the suspension [s]. Default:
         0.02.
-    driven, braked : tuple of float, optional
-        Numbers of the axles, from 1, on which motors and brakes act. Default: all.
+    driven : tuple of float, optional
+        Numbers of the axles, from 1, to which a demand of traction applies. Default: all.
+    braked : tuple of float, optional
+        Numbers of the axles, from 1, to which a demand of braking applies. Default: all.
 
     Raises
     ------
