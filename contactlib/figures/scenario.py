@@ -131,10 +131,12 @@ def comparison(
     every = list(results.values())
     runs = _drawn(every, over, minimum_speed)
     varies = _friction_varies(every)
+    width = max(5.0, 3.1 * count)
+    long = 0.2 * max(len(caption) / (14.5 * width) - 4.0, 0.0)  # a caption of many lines
     with styled():
         figure, grid = new_figure(
-            max(5.0, 3.1 * count),
-            (9.0 if stops else 7.2) + varies,
+            width,
+            (9.0 if stops else 7.2) + varies + long,
             ncols=count,
             sharey="row",
             squeeze=False,

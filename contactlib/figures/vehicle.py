@@ -176,13 +176,14 @@ def vehicle_comparison(
         As for `vehicle_run`; the distance is that of the first axle.
     """
     whole = {name: _whole(result) for name, result in results.items()}
-    caption = (
-        "Forces and torques are sums over the axles, the creepage is that of the axle that slips "
-        "fastest, the friction the lowest; lines are dashed while any axle is on the falling "
-        f"branch. {caption}"
-    )
+    note = "Forces and torques are sums; creepage, branch and friction are the worst of the axles."
     return comparison(
-        whole, metrics, title=title, caption=caption, over=over, minimum_speed=minimum_speed
+        whole,
+        metrics,
+        title=title,
+        caption=f"{note} {caption}",
+        over=over,
+        minimum_speed=minimum_speed,
     )
 
 
