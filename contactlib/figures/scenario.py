@@ -231,7 +231,8 @@ def _rim_and_top(result: Result) -> tuple[FloatArray, float]:
 
 
 def _energy(work: float) -> str:
-    size, unit = next((p for p in ((1e9, "GJ"), (1e6, "MJ")) if abs(work) >= p[0]), (1e3, "kJ"))
+    units = (1e9, "GJ"), (1e6, "MJ"), (1e3, "kJ")
+    size, unit = next((one for one in units if abs(work) >= one[0]), (1.0, "J"))
     return f"{work / size:.3g} {unit}"
 
 

@@ -120,7 +120,8 @@ def vehicle_creep_curve(
     """
     runs = _drawn(result.axles, "time", minimum_speed)
     zeta0 = wheelset.element.saturation_creepage
-    largest = float(np.nanmax([np.abs(run.creepage) for run in runs], initial=0.0))
+    creepages = np.abs([run.creepage for run in runs])
+    largest = float(np.fmax.reduce(creepages, axis=None, initial=0.0))  # nan does not count
     wide = largest > 10.0 * zeta0
     near, far = 0.1 * zeta0 * wide, max((2.0 if wide else 1.1) * largest, 2.0 * zeta0)
     zeta = np.geomspace(near, far, 600) if wide else np.linspace(near, far, 600)
@@ -203,5 +204,5 @@ def _whole(result: VehicleResult) -> Result:
 def _columns(count: int, height: float, **grid: Any) -> tuple[Figure, Any]:
     """Figure with a column for each axle."""
     return new_figure(
-        max(5.0, 2.7 * count), height, ncols=count, sharey="row", squeeze=False, **grid
+        max(5.0, 2.8 * count), height, ncols=count, sharey="row", squeeze=False, **grid
     )

@@ -152,3 +152,12 @@ def test_whole_vehicles_are_compared_by_sums_and_extremes(
 def test_an_unknown_axis_is_refused(run: VehicleResult, axles: list[Metrics]) -> None:
     with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
         vehicle_run(run, axles, title="", caption="", over="place")
+
+
+def test_a_vehicle_that_stands_has_no_path(run: VehicleResult) -> None:
+    wheelset = scenario().drivetrain.wheelset
+    figure = vehicle_creep_curve(run, wheelset, title="", caption="", minimum_speed=100.0)
+    for axes in figure.axes:
+        _, _, *path, _ = axes.lines
+        assert np.isnan([np.asarray(line.get_ydata(), np.float64) for line in path]).all()
+        assert axes.get_xlim()[1] == pytest.approx(2.0 * wheelset.element.saturation_creepage)
