@@ -57,6 +57,12 @@ class Sensors(Parameters):
 
         min(u, last estimate + a dt) if T >= 0, max(u, last estimate - a dt) if T < 0
 
+    The axles of a vehicle share one estimate: T is the sum of their demands, and u the lowest of
+    their wheel speeds in traction, the highest in braking. An axle without a motor or brake turns
+    freely and so keeps the estimate right. Where all axles slip, the estimate follows its limit
+    alone; after a `trial_time` of that, the demand of one axle is zero for a `trial_time`, so that
+    its wheel returns to the vehicle's speed: of the last axle first, then of the one in front.
+
     Parameters
     ----------
     vehicle_speed_bias : float, optional
@@ -76,6 +82,9 @@ class Sensors(Parameters):
     acceleration_limit : float, optional
         Maximum acceleration a of the estimated vehicle speed in the direction of slip [m/s2], which
         no train exceeds. Default: a sensor measures the vehicle speed.
+    trial_time : float, optional
+        Time for which the estimate follows its limit alone before one axle of the vehicle is let
+        free, and for which it is [s]. Default: no axle is let free.
     delay : float, optional
         Time from the measurement to the controller [s], a whole number of samples.
     seed : float, optional
@@ -105,6 +114,9 @@ class Sensors(Parameters):
     acceleration_limit: Annotated[
         float | None, Quantity("m/s2", above=0.0, at_most=1e3, usual=(0.05, 5.0))
     ] = None
+    trial_time: Annotated[
+        float | None, Quantity("s", above=0.0, at_most=60.0, usual=(0.1, 10.0))
+    ] = None
     delay: Annotated[float, DELAY] = 0.0
     seed: Annotated[float, SEED] = 0.0
 
@@ -117,6 +129,11 @@ class Sensors(Parameters):
                     f"Sensors.{name} = {value!r} must be 0 with acceleration_limit = "
                     f"{self.acceleration_limit!r}: the vehicle speed then has no sensor"
                 )
+        if self.trial_time is not None and self.acceleration_limit is None:
+            raise ValueError(
+                f"Sensors.trial_time = {self.trial_time!r} needs acceleration_limit: a sensor "
+                "measures the vehicle speed"
+            )
 
     def samples_of_delay(self, sample_time: float) -> int:
         """Delay in samples.
@@ -168,12 +185,20 @@ class SensorReader:
         Rolling radius of each wheelset, or of all [m]; an encoder needs it.
     numbers : bool, optional
         Whether the speeds of a single wheelset are numbers, not arrays, which is faster.
+    axles : int, optional
+        Number of axles of each vehicle, whose wheelsets are neighbours and share one estimate of
+        its speed. Default: 1.
+
+    Attributes
+    ----------
+    free : ndarray of bool
+        Wheelsets that a trial lets free since the last sample.
 
     Raises
     ------
     ValueError
-        If the delays are not equal numbers of samples, an index is out of range, or an encoder has
-        no radius.
+        If the delays are not equal numbers of samples, an index is out of range, an encoder has no
+        radius, or a wheelset without a vehicle has a `trial_time`.
     """
 
     def __init__(
@@ -184,6 +209,7 @@ class SensorReader:
         *,
         radius: ArrayLike | None = None,
         numbers: bool = False,
+        axles: int = 1,
     ) -> None:
         places = checked_indices(index)
         if not len(sensors) == len(places) > 0:
@@ -227,6 +253,14 @@ class SensorReader:
                 around / max(sensor.encoder_pulses, 1.0)
                 for around, sensor in zip(turns, sensors, strict=True)
             )
+        self._axles = axles
+        self.free: Any = np.zeros(self._count, dtype=np.bool_)
+        trials = [sensor.trial_time for sensor in sensors]
+        if axles == 1 and any(trial is not None for trial in trials):
+            raise ValueError("trial_time is for a vehicle of several axles: leave it out")
+        times = np.array([np.inf if trial is None else trial for trial in trials[::axles]])
+        self._trial = np.maximum(np.rint(times / self._step), 1.0)
+        self._alone, self._trying, self._tried = np.zeros((3, times.size))  # samples, and trials
         limits = [sensor.acceleration_limit for sensor in sensors]
         self._estimating = any(limit is not None for limit in limits)
         self._estimates = self._each(limit is not None for limit in limits)
@@ -283,6 +317,8 @@ class SensorReader:
 
     def _estimated(self, wheel: Any, demand: Any) -> Any:
         """Wheel speed with limited change in the direction of slip."""
+        if self._axles > 1:
+            return self._shared(wheel, demand)
         last = wheel if self._estimate is None else self._estimate
         self._estimate = where(
             demand < self._none,
@@ -290,6 +326,25 @@ class SensorReader:
             minimum(wheel, last + self._change),
         )
         return self._estimate
+
+    def _shared(self, wheel: Any, demand: Any) -> Any:
+        """Estimate of each vehicle from all of its wheel speeds, for each of its axles."""
+        wheels, brakes = (
+            wheel.reshape(-1, self._axles),
+            demand.reshape(-1, self._axles).sum(1) < 0.0,
+        )
+        reached = np.where(brakes, wheels.max(axis=1), wheels.min(axis=1))
+        change = np.where(brakes, -1.0, 1.0) * self._change[:: self._axles]
+        limit = reached if self._estimate is None else self._estimate + change
+        alone = np.where(brakes, reached < limit, reached > limit)
+        self._estimate = np.where(alone, limit, reached)
+        self._alone = np.where(alone, self._alone + 1.0, 0.0)
+        begins = (self._alone >= self._trial) & (self._trying <= 1.0)
+        self._trying = np.where(begins, self._trial, np.maximum(self._trying - 1.0, 0.0))
+        self._tried = self._tried + begins
+        turn = (np.arange(self._axles) + self._tried[:, np.newaxis]) % self._axles == 0.0
+        self.free = (turn & (self._trying[:, np.newaxis] > 0.0)).ravel()
+        return np.repeat(self._estimate, self._axles)
 
     def _counted(self, rim: Any) -> Any:
         """Mean speed since the last sample that whole pulses show; their rest is kept."""

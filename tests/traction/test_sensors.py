@@ -98,11 +98,64 @@ def test_without_a_sensor_the_slip_shows_only_as_more_acceleration(sign: float) 
     assert (measured[:, 2] == slipping).all()  # under the other demand that is no slip
 
 
+def test_axles_share_the_estimate_of_the_wheel_that_slips_least() -> None:
+    """Fastest wheel in braking, slowest in traction, each vehicle by itself."""
+    rng = np.random.default_rng(2)
+    wheels = 20.0 + rng.normal(0.0, 0.5, (300, 2, 3))
+    demand = np.repeat([[-1e4, 0.0, -1e4], [0.0, 2e4, 2e4]], 300, axis=0).reshape(2, 300, 3)
+    reader = SensorReader([Sensors(acceleration_limit=2.0)] * 6, STEP, range(6), axles=3)
+    alone = Sensors(acceleration_limit=2.0).reader(2, STEP)
+    for row, torque in zip(wheels, demand.swapaxes(0, 1), strict=True):
+        given = reader.read(row.ravel(), 0.0 * row.ravel(), torque.ravel())
+        least = np.array([row[0].max(), row[1].min()])
+        expected = alone.read(least, 0.0 * least, np.array([-1.0, 1.0]))[1]
+        assert (given[0] == row.ravel()).all()
+        assert (given[1] == np.repeat(expected, 3)).all()
+
+
+def test_a_free_axle_keeps_the_estimate_right() -> None:
+    wheel, demand = np.array([30.0, 5.0, 5.0, 5.0]), np.array([0.0, -1e4, -1e4, -1e4])
+    reader = SensorReader([Sensors(acceleration_limit=1.0)] * 4, STEP, range(4), axles=4)
+    for speed in 30.0 - 0.5 * STEP * np.arange(500):
+        wheel[0] = speed
+        assert (reader.read(wheel, wheel, demand)[1] == speed).all()
+
+
+def test_axles_are_let_free_in_turn_while_all_slip() -> None:
+    """From the last one on, each for the trial time, until one wheel shows the speed again."""
+    sensors = Sensors(acceleration_limit=1.0, trial_time=10 * STEP)
+    reader = SensorReader([sensors] * 8, STEP, range(8), axles=4)
+    demand, sliding = np.full(8, -1e4), np.full(8, 1.0)
+    start = np.full(8, 30.0)
+    sliding[4:] = 30.0  # the other vehicle's wheels stick
+    reader.read(start, start, demand)
+    free = []
+    for _ in range(60):
+        reader.read(sliding, start, demand)
+        free.append(reader.free.copy())
+    tried = np.array(free)
+    assert not tried[:, 4:].any()
+    assert [np.flatnonzero(row[:4]).tolist() for row in tried[::10]] == [
+        [],
+        [3],
+        [2],
+        [1],
+        [0],
+        [3],
+    ]
+    assert (tried.sum(axis=1)[10:] == 1).all()
+    sliding[3] = 29.9  # the free wheel has returned
+    estimate = reader.read(sliding, start, demand)[1]
+    assert (estimate[:4] == 29.9).all()
+
+
 @pytest.mark.parametrize(
     ("given_values", "message"),
     [
         ({"delay": 0.012}, "not a whole number of samples"),
         ({"encoder_pulses": 100.0}, "radius is missing"),
+        ({"trial_time": 1.0}, "trial_time = 1.0 needs acceleration_limit"),
+        ({"trial_time": 1.0, "acceleration_limit": 1.0}, "trial_time is for a vehicle of several"),
         *(
             ({name: 0.01, "acceleration_limit": 0.5}, f"{name} = 0.01 must be 0 with acceleration")
             for name in ("vehicle_speed_bias", "vehicle_speed_drift", "vehicle_speed_noise")
