@@ -68,6 +68,10 @@ class Source(Protocol):
     def available(self) -> AvailableForce | None:
         """Largest creep forces that friction allows; None if no signal needs them."""
 
+    @property
+    def measured_speed(self) -> FloatArray | None:
+        """Measured vehicle speed of the block's rows [m/s]; None of a single wheelset."""
+
 
 class Block:
     """Signals of some rows of n runs by name: arrays of shape (rows, n).
@@ -132,6 +136,10 @@ class Block:
     def _acceleration(self) -> FloatArray:
         return np.asarray(self._outputs["speed_rate"])
 
+    def _measured_speed(self) -> FloatArray:
+        measured: Any = self._source.measured_speed
+        return np.asarray(measured[: self.time.size])
+
     def _creepage(self) -> FloatArray:
         return 0.5 * (self["creepage_left"] + self["creepage_right"])
 
@@ -163,6 +171,7 @@ DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
         "_omega",
         "_slip_velocity",
         "_acceleration",
+        "_measured_speed",
         "_creepage",
         "_creep_force",
         "_falling_branch",
@@ -180,6 +189,7 @@ class SingleWheelset:
     fleet: kernel.NativeFleet
     radius: FloatArray
     available: None = None
+    measured_speed: None = None
 
 
 def continuous_result(

@@ -346,6 +346,9 @@ class Plant:
     '11.4 m/s, 70 kJ of slip'
     """
 
+    axles = 1  # that share one speed
+    measured_speed: FloatArray | None = None
+
     def __init__(
         self,
         scenario: Scenario | Sequence[Scenario],
@@ -536,7 +539,9 @@ class Plant:
         n = len(self.trains)
         sample_time = self._timing.step * self._timing.per_sample
         sensors = [one.sensors for one in self._scenarios]
-        self._reader = SensorReader(sensors, sample_time, index, radius=self.radius, numbers=n == 1)
+        self._reader = SensorReader(
+            sensors, sample_time, index, radius=self.radius, numbers=n == 1, axles=self.axles
+        )
         brakes = [one.brake for one in self.trains]
         braked = [brake is not None for brake in brakes]
         motors = [one.motor for one in self.trains]
@@ -568,7 +573,8 @@ class Plant:
         speed = _numbers(self._states["speed"])
         self._demand = self._drives.possible(_numbers(demand), speed)
         rim = self._radius * self._turning()
-        return Measurement(self._demand, *self._reader.read(rim, speed, self._demand), self._torque)
+        wheel, vehicle = self._reader.read(rim, speed, self._demand)
+        return Measurement(self._demand, wheel, vehicle, self._torque, (wheel,))
 
     def _turning(self) -> Numbers:
         """Mean angular velocity of the wheels [rad/s]."""
@@ -585,7 +591,7 @@ class Plant:
         """The measurement as new arrays, or as numbers of one wheelset."""
         if self._single:
             return measured
-        return Measurement(*(np.full(len(self.trains), x) for x in measured))
+        return measured.each(lambda part: np.full(len(self.trains), part))
 
     def _advance(self, place: int, row: int, step: float) -> None:
         """Make the step of a row [s] under the inputs at a place."""
@@ -662,13 +668,11 @@ class Runs(Plant):
         states are frozen.
     refused : dict
         Errors of the runs that could not start, by position.
-    axles : int
-        Number of runs that are one vehicle's.
     units : mapping
         Units of the signals by name.
     """
 
-    axles, units = 1, UNITS
+    units = UNITS
 
     def __init__(
         self,
@@ -718,7 +722,7 @@ class Runs(Plant):
         """Command the torque that the controller returns for a measurement."""
         torque: Any = self._torque
         if len(self.trains) == 1 and not isinstance(self._control, (Parameters, Copies)):
-            measured, torque = Measurement(*(np.full(1, x) for x in measured)), np.full(1, torque)
+            measured, torque = measured.each(lambda part: np.full(1, part)), np.full(1, torque)
         if row == 0:
             self._memory = self._called("start", row, measured, torque)
         answer = self._called("sample", row, measured, self._memory)

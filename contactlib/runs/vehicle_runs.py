@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from contactlib.files.scenario import Scenario
 from contactlib.runs.derived_columns import UNITS
 from contactlib.runs.plant import Runs, Timing
 from contactlib.runs.result import WORKS, Result
-from contactlib.traction.interface import TractionController
+from contactlib.traction.interface import Measurement, TractionController
 from contactlib.vehicle.track import Profile, RailState
 from contactlib.vehicle.vehicle import MAX_AXLES, Vehicle
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
-VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m"}
+VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m", "measured_speed": "m/s"}
 SHARED = ("speed", "acceleration")  # signals that all axles have in common
 TOTALS = (
     "creep_force",
@@ -100,12 +100,24 @@ class VehicleRuns(Runs):
     ) -> None:
         self._vehicles = [scenario.vehicle for scenario in scenarios if scenario.vehicle]
         self.axles = self._vehicles[0].axles
+        self._numbers = np.tile(np.arange(1, self.axles + 1), len(self._vehicles))
         super().__init__(
             [axle for scenario in scenarios for axle in axles_of(scenario)],
             control,
             timing,
             index=[MAX_AXLES * i + axle for i in index for axle in range(self.axles)],
             tolerance=tolerance,
+        )
+
+    def _measured(self, demand: FloatArray) -> Measurement[Any]:
+        """Read the sensors; a trial axle has no demand, and each axle's controller sees all."""
+        seen = super()._measured(demand)
+        self._measured_speed = seen.vehicle_speed
+        speeds = np.repeat(seen.wheel_speed.reshape(-1, self.axles), self.axles, axis=0)
+        return seen._replace(
+            demand=np.where(self._reader.free, 0.0, seen.demand),
+            wheel_speeds=tuple(speeds.T),
+            axle=self._numbers,
         )
 
     def _native(self) -> kernel.NativeFleet:
@@ -119,6 +131,8 @@ class VehicleRuns(Runs):
 
     def _begin(self, index: Sequence[int]) -> None:
         """Find the first state under the loads of its own forces."""
+        self.measured_speed = np.zeros(self._inputs.shape)
+        self._measured_speed = self.measured_speed[0]
         grades = [train.wheelset.resistance.grade for train in self.trains]
         self._weight = STANDARD_GRAVITY * np.array(grades)
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
@@ -172,6 +186,7 @@ class VehicleRuns(Runs):
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
+        self.measured_speed[place] = self._measured_speed
         change = 1.5 * self._target - 0.5 * self._before - self._load
         inputs["load_left"] = inputs["load_right"] = self._load + self._halfway * change
         super()._advance(place, row, step)

@@ -157,13 +157,19 @@ def _copy(control: Any) -> Any:
 
 
 def _each(measurement: Measurement[Any]) -> list[Measurement[float]]:
-    rows = (np.atleast_1d(part).tolist() for part in measurement)
-    return [Measurement(*row) for row in zip(*rows, strict=True)]
+    if all(type(part) is float for part in measurement[:4]):
+        return [measurement]
+    rows = [np.atleast_1d(part).tolist() for part in measurement[:4]]
+    count = len(rows[0])
+    speeds = np.reshape(measurement.wheel_speeds, (-1, count)).T.tolist()
+    axles = np.broadcast_to(measurement.axle, count).tolist()
+    columns = zip(*rows, map(tuple, speeds), axles, strict=True)
+    return [Measurement(*column) for column in columns]
 
 
 def _torque(control: SampledController, seen: Measurement[float], time: float) -> float:
     """Torque of one controller [N.m], checked; zero for a run whose numbers have overflowed."""
-    if not all(map(math.isfinite, seen)):
+    if not all(map(math.isfinite, (*seen[:4], *seen.wheel_speeds))):
         return 0.0
     what, demand = f"{type(control).__name__}.torque", seen.demand
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Generic, NamedTuple, Protocol, Self, TypeVar
 
@@ -45,12 +45,40 @@ class Measurement(NamedTuple, Generic[Number]):
     torque : float or ndarray
         Torque that the drive has been commanded since the last sample [N.m]: the controller's last
         output, within the limits of the drive.
+    wheel_speeds : tuple of float or of ndarray
+        Measured wheel speeds of all axles of the vehicle, the first axle first [m/s]; a wheelset
+        without a vehicle has its own alone. Default: empty, for measurements that you make.
+    axle : int or ndarray
+        Number of the controller's axle in the vehicle, from 1.
+
+    Examples
+    --------
+    A controller that vents the brake of an axle that is slower than the fastest one:
+
+    >>> import contactlib as cl
+    >>> class Comparing(cl.SampledController):
+    ...     sample_time = 0.01
+    ...
+    ...     def torque(self, measurement):
+    ...         fastest = max(measurement.wheel_speeds, key=abs)
+    ...         lags = abs(measurement.wheel_speed) < 0.9 * abs(fastest)
+    ...         return 0.0 if lags and measurement.demand < 0.0 else measurement.demand
+    >>> seen = cl.traction.Measurement(-1e4, 8.0, 10.0, -1e4, (9.9, 8.0, 9.8, 9.9), 2)
+    >>> Comparing().torque(seen), Comparing().torque(seen._replace(wheel_speed=9.8))
+    (0.0, -10000.0)
     """
 
     demand: Number
     wheel_speed: Number
     vehicle_speed: Number
     torque: Number
+    wheel_speeds: tuple[Number, ...] = ()
+    axle: Any = 1
+
+    def each(self, function: Callable[[Number], Any]) -> Measurement[Any]:
+        """Measurement with a function applied to each of its numbers or arrays."""
+        speeds = tuple(map(function, self.wheel_speeds))
+        return Measurement(*map(function, self[:4]), speeds, function(self.axle))
 
 
 class SampledController(ABC):
@@ -108,7 +136,8 @@ class TractionController(Protocol):
     """Interface of a controller of many wheelsets: a function of measurement and memory.
 
     A controller is pure: its state is in the memory. All arrays have the shape (n,) of many
-    wheelsets, or (), and their elements are independent of each other. Many runs are several times
+    wheelsets, or (), and their elements are independent of each other; what axles of a vehicle
+    have to know of each other is in `Measurement.wheel_speeds`. Many runs are several times
     as fast as under a `SampledController`, which Python calls for each wheelset. It may declare
     `search_ranges` as that does.
     """
@@ -144,11 +173,17 @@ class TractionController(Protocol):
 
 def plausible(measurement: Measurement[FloatArray]) -> Measurement[FloatArray]:
     """Limit a measurement to what is possible for a vehicle, so that arithmetic cannot overflow."""
+    wheel = minimum(maximum(measurement.wheel_speed, -FASTEST), FASTEST)
+    speeds = measurement.wheel_speeds
     return Measurement(
         minimum(maximum(measurement.demand, -STRONGEST), STRONGEST),
-        minimum(maximum(measurement.wheel_speed, -FASTEST), FASTEST),
+        wheel,
         minimum(maximum(measurement.vehicle_speed, -FASTEST), FASTEST),
         minimum(maximum(measurement.torque, -STRONGEST), STRONGEST),
+        tuple(minimum(maximum(speed, -FASTEST), FASTEST) for speed in speeds)
+        if len(speeds) > 1
+        else (wheel,),
+        measurement.axle,
     )
 
 

@@ -12,6 +12,7 @@ from designed import LIMITED, designed
 from own_controller import SlipPI
 
 import contactlib as cl
+from contactlib.runs.vehicle_runs import run_vehicle
 from contactlib.traction import (
     Measurement,
     OpenLoop,
@@ -19,6 +20,7 @@ from contactlib.traction import (
     ThresholdControl,
     TractionController,
 )
+from contactlib.traction.interface import plausible
 
 GAINS = {"proportional_gain": 1e4, "integral_gain": 1e4}
 
@@ -52,7 +54,7 @@ def test_the_other_way_is_the_mirror_image_within_the_demand(
     name: str, locomotive: cl.Model
 ) -> None:
     controller, rows = designed(name, locomotive), sequence(20, 500, seed=4)
-    mirrored = [Measurement(*(-part for part in row)) for row in rows]
+    mirrored = [row.each(np.negative) for row in rows]
     there, back = np.array(torques(controller, rows)), np.array(torques(controller, mirrored))
     assert (there == -back).all()
     demand = np.array([row.demand for row in rows])
@@ -163,3 +165,72 @@ def test_a_controller_without_torque_cannot_be_made() -> None:
 
     with pytest.raises(TypeError, match="abstract method"):
         Empty()  # type: ignore[abstract]
+
+
+def short_vehicle() -> cl.Scenario:
+    return dataclasses.replace(cl.load_scenario("four_axles.toml"), duration=0.5)
+
+
+class Watching(cl.SampledController):
+    """Sampled controller that keeps what it sees in a list of the module."""
+
+    sample_time = 0.01
+
+    def torque(self, measurement: Measurement[float]) -> float:
+        SEEN.append(measurement)
+        return measurement.demand
+
+
+class WatchingMany:
+    """The same of many wheelsets."""
+
+    sample_time = 0.01
+
+    def start(self, measurement: Measurement[Any], torque: Any) -> None:
+        return None
+
+    def sample(self, measurement: Measurement[Any], memory: Any) -> tuple[Any, Any]:
+        SEEN.append(measurement)
+        return measurement.demand, memory
+
+
+SEEN: list[Measurement[Any]] = []
+
+
+@pytest.mark.parametrize("kind", [Watching, WatchingMany])
+def test_controllers_see_the_wheel_speeds_of_all_axles(kind: Any) -> None:
+    """Each of its own axle's sensors; controllers of many get arrays of the shape (n,)."""
+    SEEN.clear()
+    run = run_vehicle(short_vehicle(), kind())
+    if kind is WatchingMany:
+        assert {np.shape(part) for seen in SEEN for part in seen.wheel_speeds} == {(4,)}
+        speeds = np.array([seen.wheel_speeds for seen in SEEN])
+        assert (speeds == speeds[:, :, :1]).all()
+        assert (SEEN[0].axle == [1, 2, 3, 4]).all()
+        own, all_of_them = np.array([seen.wheel_speed for seen in SEEN]), speeds[:, :, 0]
+        measured = np.array([seen.vehicle_speed for seen in SEEN])
+    else:
+        assert [seen.axle for seen in SEEN[:4]] == [1, 2, 3, 4]
+        assert {type(part) for seen in SEEN for part in (*seen.wheel_speeds, seen.axle)} == {
+            float,
+            int,
+        }
+        own = np.reshape([seen.wheel_speed for seen in SEEN], (-1, 4))
+        all_of_them = np.array([seen.wheel_speeds for seen in SEEN[::4]])
+        measured = np.reshape([seen.vehicle_speed for seen in SEEN], (-1, 4))
+    assert (own == all_of_them).all()
+    assert (own[:, 0] != own[:, 1]).all()  # noise of their own
+    assert (run["measured_speed"][::2] == measured).all()  # two rows a sample
+
+
+def test_a_wheelset_without_a_vehicle_sees_its_own_wheel_speed() -> None:
+    SEEN.clear()
+    cl.run_scenario(
+        dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=0.1), Watching()
+    )
+    assert all(seen.wheel_speeds == (seen.wheel_speed,) and seen.axle == 1 for seen in SEEN)
+
+
+def test_implausible_wheel_speeds_of_other_axles_are_limited() -> None:
+    seen = plausible(Measurement(1e4, 10.0, 10.0, 0.0, (10.0, 1e300), 2))
+    assert seen == Measurement(1e4, 10.0, 10.0, 0.0, (10.0, 300.0), 2)
