@@ -10,8 +10,12 @@ which the wheel is slower than the estimated train speed, and the wheel's own de
     above           vent                     vent      hold
 
 L. Pugi, M. Malvezzi, A. Tarasconi, A. Palazzolo, G. Cocci, M. Violani, "HIL simulation of WSP
-systems on MI-6 test rig", Vehicle System Dynamics 44 (2006) S843-S852, describe such tables. The
-pulses in which some systems fill, and the watchdog that ends a long venting, are left out.
+systems on MI-6 test rig", Vehicle System Dynamics 44 (2006) S843-S852, describe such tables.
+
+After a slide it can fill in pulses, so that the pressure rises in steps and the wheel shows whether
+the rail carries each. A watchdog ends a long venting, as a failed sensor must not take the brake
+away: UIC 541-05 and EN 15595 require one that acts after 5 to 10 s (from memory; its time here, and
+the times of the pulses, are chosen).
 """
 
 from __future__ import annotations
@@ -41,6 +45,10 @@ from contactlib.traction.sensors import SPEED_NOISE, Sensors
 from contactlib.traction.threshold import CLEAR, check_release
 from contactlib.vehicle.drivetrain import LAG, Drivetrain
 
+PULSE = Quantity("s", above=0.0, usual=(0.01, 1.0))
+FILLED, PAUSE = 0.2, 0.2  # of the design: pulse / fill_time, and pause [s]
+FULL = 0.95  # pressure / demand at which the brake counts as applied again
+EMPTY = 0.02  # pressure / demand at which the cylinder counts as empty
 ACCELERATION = Quantity("m/s2", above=0.0, usual=(0.01, 100.0))
 
 
@@ -55,11 +63,18 @@ class WspMemory(NamedTuple):
         Filtered wheel speed [m/s].
     pressure : ndarray
         Pressure in the brake cylinder, as the brake torque that it will give [N.m].
+    slid : ndarray of bool
+        Whether the pressure has not reached the demand since it was vented.
+    filled, vented : ndarray
+        Number of samples since filling began, and since venting did.
     """
 
     vehicle: Tracked
     wheel_speed: FloatArray
     pressure: FloatArray
+    slid: Any
+    filled: FloatArray
+    vented: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +109,15 @@ class WheelSlideProtection(Parameters):
         Time constant with which the brake fills [s].
     vent_time : float, optional
         Time constant with which the brake vents [s].
+    fill_pulse : float, optional
+        Time for which it fills after a slide before each pause [s]; whole samples, at least one.
+        The design takes a fifth of `fill_time`.
+    fill_pause : float, optional
+        Time for which it then holds [s], in whole samples; in turn with pulses until the pressure
+        has reached the demand. Zero: it fills steadily. The design takes 0.2 s if there is a brake.
+    watchdog_time : float, optional
+        Time of uninterrupted venting, or holding of an empty cylinder, after which it fills until
+        the scheme would no longer vent [s].
     """
 
     sample_time: Annotated[float, SAMPLE_TIME] = 0.01
@@ -107,6 +131,9 @@ class WheelSlideProtection(Parameters):
     wheel_filter_time: Annotated[float, FILTER_TIME] = 0.03
     fill_time: Annotated[float, LAG] = 0.0
     vent_time: Annotated[float, LAG] = 0.0
+    fill_pulse: Annotated[float, PULSE] = 0.05
+    fill_pause: Annotated[float, FILTER_TIME] = 0.0
+    watchdog_time: Annotated[float, Quantity("s", above=0.0, usual=(1.0, 20.0))] = 10.0
 
     @property
     def search_ranges(self) -> Ranges:
@@ -119,6 +146,8 @@ class WheelSlideProtection(Parameters):
             "recovery_threshold",
             "speed_filter_time",
             "wheel_filter_time",
+            "fill_pulse",
+            "fill_pause",
         )
 
     def __post_init__(self) -> None:
@@ -136,6 +165,13 @@ class WheelSlideProtection(Parameters):
         wheel, fill, vent = (first_order_gain(self.sample_time, t) for t in times)
         return wheel, fill, vent
 
+    @cached_property
+    def _samples(self) -> tuple[float, float, float]:
+        """Samples of a pulse, of a pulse with its pause, and until the watchdog acts."""
+        pulse = max(1.0, round(self.fill_pulse / self.sample_time))
+        pause = round(self.fill_pause / self.sample_time)
+        return float(pulse), float(pulse + pause), self.watchdog_time / self.sample_time
+
     @classmethod
     def for_drivetrain(
         cls, drivetrain: Drivetrain, *, speed: float, sensors: Sensors, **given: Any
@@ -147,9 +183,14 @@ class WheelSlideProtection(Parameters):
         known = {
             "minimum_slip": CLEAR * slip,
             "deceleration_threshold": max(designed.deceleration_threshold, CLEAR * deceleration),
-            "fill_time": 0.0 if brake is None else brake.fill_time,
-            "vent_time": 0.0 if brake is None else brake.vent_time,
         }
+        if brake is not None:
+            known |= {
+                "fill_time": brake.fill_time,
+                "vent_time": brake.vent_time,
+                "fill_pulse": FILLED * brake.fill_time,
+                "fill_pause": PAUSE,
+            }
         return cls(**{**known, **given})
 
     def noise(self, sensors: Sensors) -> tuple[float, float]:
@@ -162,7 +203,8 @@ class WheelSlideProtection(Parameters):
         known = plausible(measurement)
         vehicle, none = known.vehicle_speed, 0.0 * known.vehicle_speed
         pressure = maximum(-(torque + none), 0.0)
-        return WspMemory(Tracked(vehicle, none), known.wheel_speed, pressure)
+        tracked = Tracked(vehicle, none)
+        return WspMemory(tracked, known.wheel_speed, pressure, none > 0.0, none, none)
 
     def sample(
         self, measurement: Measurement[FloatArray], memory: WspMemory
@@ -185,9 +227,16 @@ class WheelSlideProtection(Parameters):
         fills = (slip < self.slip_release / self.slip_threshold * high) & negated(dives)
 
         demand = maximum(-known.demand, 0.0)
-        target = where(fills, demand, minimum(memory.pressure, demand))
-        target = where(vents, 0.0 * demand, target)
+        pulse, period, patience = self._samples
+        filled = where(fills, memory.filled + 1.0, 0.0)
+        empty = negated(fills) & (memory.pressure < EMPTY * demand)
+        vented = where(vents | empty, memory.vented + 1.0, 0.0)
+        slid = (memory.slid | vents) & (memory.pressure < FULL * demand)
+        overdue = vented > patience
+        pulses = negated(slid) | ((filled - 1.0) % period < pulse)
+        target = where((fills & pulses) | overdue, demand, minimum(memory.pressure, demand))
+        target = where(vents & negated(overdue), 0.0 * demand, target)
         gain = where(target > memory.pressure, fill_gain, vent_gain)
         pressure = memory.pressure + gain * (target - memory.pressure)
         torque = where(known.demand < 0.0, -target, known.demand)
-        return torque, WspMemory(vehicle, wheel, pressure)
+        return torque, WspMemory(vehicle, wheel, pressure, slid, filled, vented)

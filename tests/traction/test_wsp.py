@@ -57,6 +57,52 @@ def test_the_valve_has_three_positions(
     assert -memory.pressure == pytest.approx(followed)
 
 
+def commanded(control: WheelSlideProtection, slips: list[float]) -> list[float]:
+    """Torque / demand under one slip after another at 20 m/s, from a full cylinder on."""
+
+    def seen(slip: float) -> Measurement[Any]:
+        return Measurement(DEMAND, 20.0 * (1.0 - slip), 20.0, DEMAND)
+
+    memory, shares = control.start(seen(slips[0]), DEMAND), []
+    for slip in slips:
+        torque, memory = control.sample(seen(slip), memory)
+        shares.append(float(torque) / DEMAND)
+    return shares
+
+
+def test_after_a_slide_the_pressure_rises_in_steps(locomotive: cl.Model) -> None:
+    """Each pulse fills the same part of what is missing, until the pressure is that demanded."""
+    control = wsp(locomotive, **QUICK, fill_pulse=0.05, fill_pause=0.15)
+    vents, sticks = [0.3] * 200, [0.0] * 300
+    shares = commanded(control, [*sticks, *vents, *sticks])
+    assert shares[:300] == [1.0] * 300  # before a slide there are no pulses
+    assert shares[300:500] == [0.0] * 200
+    after, missing = np.array(shares[500:]), 1.0
+    for pulse in range(15):
+        period = after[20 * pulse : 20 * pulse + 20]
+        missing *= np.exp(-0.05 / BRAKE.fill_time)
+        if missing < 0.05:
+            assert (period[5:] == 1.0).all()  # it has reached the demand
+            break
+        assert (period[:5] == 1.0).all()
+        np.testing.assert_allclose(period[5:], 1.0 - missing, atol=1e-6)
+    assert pulse == 14
+    assert commanded(replace(control, fill_pause=0.0), [*vents, *sticks])[200:] == [1.0] * 300
+
+
+def test_a_watchdog_ends_a_long_venting(locomotive: cl.Model) -> None:
+    """Also one with holding in between, once the cylinder is empty; not one that filling ends."""
+    control = wsp(locomotive, **QUICK, watchdog_time=2.0, fill_pause=0.0)
+    assert commanded(control, [0.3] * 300) == [0.0] * 200 + [1.0] * 100
+    held = commanded(control, [0.3] * 60 + [0.1] * 140 + [0.3] * 100)
+    assert max(held[:200]) < 0.01
+    assert held[200:] == [1.0] * 100
+    filled = commanded(control, [0.3] * 150 + [0.0] + [0.3] * 150)
+    assert filled[:150] + filled[151:] == [0.0] * 300
+    again = commanded(control, [0.3] * 250 + [0.0] * 50 + [0.3] * 100)
+    assert again[300:] == [0.0] * 100
+
+
 def test_it_expects_the_brake_s_torque(locomotive: cl.Model) -> None:
     """The pressure in its memory is that of the brake after the dead time, so it can hold it."""
     case = cl.load_scenario("wheel_slide_protection.toml")
@@ -110,13 +156,13 @@ def test_it_stops_earlier_than_locked_wheels_and_keeps_them_turning() -> None:
         assert run["omega"].min() > -1e-9
         assert np.abs(run["energy_defect"]).max() < 1e-6 * abs(run["drive_work"][-1])
     locked = runs["open_loop"]["distance"][-1]
-    assert runs["wsp"]["distance"][-1] < 0.93 * locked
+    assert runs["wsp"]["distance"][-1] < 0.88 * locked
     fast = runs["wsp"]["speed"] > 2.0
-    assert runs["wsp"]["creepage"][fast].min() > -0.5
+    assert runs["wsp"]["creepage"][fast].min() > -0.3
     sliding = runs["open_loop"]["creepage"][runs["open_loop"]["speed"] > 2.0]
     assert np.mean(sliding < -0.9) > 0.9
     works = [cl.metrics(run, case.drivetrain).slip_work for run in runs.values()]
-    assert works[1] < 0.1 * works[0]
+    assert works[1] < 0.03 * works[0]
 
 
 def test_metrics_do_not_count_the_time_after_the_stop() -> None:
