@@ -347,7 +347,7 @@ class Plant:
     """
 
     axles = 1  # that share one speed
-    measured_speed: FloatArray | None = None
+    measured_speed: Any = None  # of the block's rows [m/s], of a vehicle
 
     def __init__(
         self,

@@ -78,7 +78,8 @@ class Measurement(NamedTuple, Generic[Number]):
     def each(self, function: Callable[[Number], Any]) -> Measurement[Any]:
         """Measurement with a function applied to each of its numbers or arrays."""
         speeds = tuple(map(function, self.wheel_speeds))
-        return Measurement(*map(function, self[:4]), speeds, function(self.axle))
+        demand, wheel, vehicle, torque = map(function, self[:4])
+        return Measurement(demand, wheel, vehicle, torque, speeds, function(self.axle))
 
 
 class SampledController(ABC):
