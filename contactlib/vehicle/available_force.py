@@ -24,6 +24,8 @@ from contactlib.element.force_element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile, Track
 
+# Speed at which the force is that of standstill to 1e-9 [m/s]: at less, a search would go on and on.
+SLOWEST = 1e-6
 NODES = 10  # speeds in an octave
 OCTAVES = (-4, 9)  # of the speed, lowest and highest: from 2**(e - 1) up to 2**e [m/s]
 LOAD_OCTAVES = (-3, 2)  # likewise, of the load over the nominal one times
@@ -97,7 +99,7 @@ def available_force(
     shape = common_shape(arrays)
     if not element.friction.falls_with_slip_speed:
         arrays["speed"] = np.ones(())  # the result does not depend on it
-    arrays["speed"] = np.abs(arrays["speed"])
+    arrays["speed"] = np.maximum(np.abs(arrays["speed"]), SLOWEST)
     rows = np.stack([np.broadcast_to(array, shape) for array in arrays.values()], axis=-1)
     cases, place = np.unique(rows.reshape(-1, 4), axis=0, return_inverse=True)
     return np.asarray(_largest(element, cases)[place].reshape(rows.shape[:-1]))
@@ -178,7 +180,7 @@ class AvailableForce:
         These are speeds [m/s], factors on friction under either wheel and on the slope [1], and
         loads of both wheels together [N].
         """
-        speed, column = np.abs(speed), np.full(speed.shape, -1)
+        speed, column = np.maximum(np.abs(speed), SLOWEST), np.full(speed.shape, -1)
         for (on_left, on_right, on_slope), case in zip(self._level, self._case, strict=True):
             on = (left == on_left) & (right == on_right) & (slope == on_slope)
             np.copyto(column, case, where=on)

@@ -12,7 +12,7 @@ from designed import LIMITED, designed
 from own_controller import SlipPI
 
 import contactlib as cl
-from contactlib.runs.vehicle_runs import run_vehicle
+from contactlib.runs import run_vehicle
 from contactlib.traction import (
     Measurement,
     OpenLoop,
