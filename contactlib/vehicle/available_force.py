@@ -24,7 +24,7 @@ from contactlib.element.force_element import ForceElement
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile, Track
 
-# Speed at which the force is that of standstill to 1e-9 [m/s]: at less, a search would go on and on.
+# Speed at which the force is that of standstill to 1e-9 [m/s]; at less, a search would not end.
 SLOWEST = 1e-6
 NODES = 10  # speeds in an octave
 OCTAVES = (-4, 9)  # of the speed, lowest and highest: from 2**(e - 1) up to 2**e [m/s]

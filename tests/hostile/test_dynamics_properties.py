@@ -117,7 +117,10 @@ def test_torque_is_between_zero_and_the_demand_whatever_is_measured(
     rows: list[tuple[float, float, float, float]], name: str
 ) -> None:
     control = stacked([scenario().controller(name)])
-    measured = [Measurement(*(np.array([value]) for value in row)) for row in rows]
+    measured = [
+        Measurement(np.array([demand]), np.array([wheel]), np.array([vehicle]), np.array([torque]))
+        for demand, wheel, vehicle, torque in rows
+    ]
     memory = control.start(measured[0], 0.0)
     for measurement in measured:
         torque, memory = control.sample(measurement, memory)
