@@ -356,7 +356,7 @@ static void test_hertz(void) {
 /* Turns and steady states lie in order on their side of the curve; a search with less room finds
  * the first of them; the grip and the peak are among them. */
 static void test_curve(const creep_table *table, const force_element_parameters *contacts) {
-    enum { ROOM = 64 };
+    enum { ROOM = 64, NEAR = 4 };
     for (int i = 0; i < 6 * CONTACTS; i++) {
         const force_element_parameters *parameters = &contacts[i / 2 % CONTACTS];
         wheelset_parameters body = SOME_BODY;
@@ -420,10 +420,23 @@ static void test_curve(const creep_table *table, const force_element_parameters 
                                .friction_left = at.friction_scale[0],
                                .friction_right = at.friction_scale[1],
                                .slope = 1.0};
-        double force, held, top;
-        size_t first = 0;
-        drivetrain_peak_many(&member, &first, 1, &in, &at.speed, &force);
+        double force, held, top, near[NEAR], alone, speeds[NEAR];
+        const size_t which[NEAR] = {0};
+        drivetrain_peak_many(&member, which, 1, &in, &at.speed, &force);
         CHECK(force == largest);
+        drivetrain_input inputs[NEAR];
+        for (int k = 0; k < NEAR; k++) { /* peaks that the search finds from the one before */
+            double change = k == 0 ? 1.0 : random_exponent(-0.3, 0.3);
+            inputs[k] = in;
+            inputs[k].friction_left *= change;
+            inputs[k].friction_right *= change;
+            speeds[k] = at.speed;
+        }
+        drivetrain_peak_many(&member, which, NEAR, inputs, speeds, near);
+        for (int k = 0; k < NEAR; k++) {
+            drivetrain_peak_many(&member, which, 1, &inputs[k], speeds, &alone);
+            CHECK(near[k] == alone);
+        }
         at.balanced = 0.0;
         torque = creep_curve_grip(table, parameters, &body, &at, torque, &limit);
         drivetrain_grip_many(&member, 1, &in, &at.speed, &worst.torque, &held, &top);
@@ -681,6 +694,44 @@ static void test_widths(const creep_table *table, const force_element_parameters
     }
 }
 
+/* The axles of a vehicle keep one speed at any width; one with different kinds of axles fails. */
+static void test_vehicles(const creep_table *table, const force_element_parameters *parameters) {
+    enum { AXLES = 3, ALL = 9 };
+    static const double at = 0.0, value = 0.7;
+    const profile even = {.count = 1, .at = &at, .value = &value};
+    const track rails = {even, even, even, even};
+    some_drivetrain d[ALL];
+    drivetrain_member members[ALL];
+    drivetrain_state state[2][ALL];
+    many_functions known[4];
+    size_t count = widths(known);
+    for (int i = 0; i < ALL; i++) {
+        d[i] = random_drivetrain(39, parameters); /* whose wheels are alike */
+        if (i == ALL - 1) d[i].train.motor_lag = 0.0;
+        d[i].state.speed = i % AXLES ? d[i - 1].state.speed : 5.0 + i;
+        d[i].state.omega_left = d[i].state.omega_right =
+            (1.0 + 0.01 * random_unit()) * d[i].state.speed / d[i].train.body.radius;
+        members[i] = member_of(table, &d[i], i < AXLES ? &rails : NULL);
+    }
+    for (size_t w = 0; w < count; w++) {
+        drivetrain_input in[ALL];
+        double tried[ALL] = {0.0};
+        unsigned char failed[ALL] = {0};
+        for (int i = 0; i < ALL; i++) {
+            in[i] = d[i].in;
+            state[w > 0][i] = d[i].state;
+        }
+        known[w].advance(members, ALL, AXLES, in, state[w > 0], 0.0, 1e-3, 1e-4, tried, failed);
+        for (int i = 0; i < ALL; i++) {
+            const drivetrain_state *now = &state[w > 0][i];
+            CHECK(failed[i] == (i >= ALL - AXLES));
+            CHECK(isfinite(now->omega_left) && now->omega_left == now->omega_right);
+            CHECK(fabs(now->speed / now[-(i % AXLES)].speed - 1.0) < 1e-15);
+        }
+        if (w > 0) CHECK(memcmp(state[0], state[1], sizeof state[0]) == 0);
+    }
+}
+
 /* Values that a tool could hand over by mistake, and many that it could mean. */
 static double any_value(void) {
     static const double odd[] = {0.0,     -0.0,    1.0,      NAN,      INFINITY, -INFINITY,
@@ -753,6 +804,7 @@ int main(int count, char **arguments) {
     test_steps(&table, parameters);
     test_drivetrains(&table, parameters);
     test_widths(&table, parameters);
+    test_vehicles(&table, parameters);
     test_together(&table, contacts, 1);
     test_together(&table, parameters, 0);
     parameters++;
