@@ -211,7 +211,7 @@ class SensorReader:
         numbers: bool = False,
         axles: int = 1,
     ) -> None:
-        places = checked_indices(index)
+        places, axles = checked_indices(index), checked_whole("axles", axles, COUNTS)
         if not len(sensors) == len(places) > 0:
             raise ValueError(
                 f"index has {len(places)} entries for {len(sensors)} sensors: there must be as "

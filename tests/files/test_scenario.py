@@ -47,16 +47,16 @@ def test_shipped_scenarios_load(name: str) -> None:
     assert scenario.controllers
     if name.startswith("torque_or_creep"):  # the plain vehicle
         return
-    # Polach 2005, dry.
+    # Polach 2005, dry; of the coach wet.
     friction = element.friction  # at high slip speed it is Polach's A times that at rest
     assert friction.slip_rate_residual * friction.kinetic == pytest.approx(
         0.4 * friction.static, rel=1e-3
     )
-    assert friction.slip_rate_decay == 0.6
+    assert friction.slip_rate_decay == (0.2 if name == "coach_braking" else 0.6)
     assert element.memory
     assert scenario.demand.at[-1] <= scenario.duration
     # The run can begin in a steady state on the rising branch.
-    scale = scenario.track.friction_scale(0.0, 0.0)
+    scale = scenario.rails.friction_scale(0.0, 0.0)
     at_start = limit(scenario, scenario.initial_speed, float(scale.min()))
     assert abs(scenario.demand(0.0)) < 0.95 * at_start
 
@@ -287,7 +287,7 @@ def test_vehicle_lies_beside_the_scenario_or_is_shipped(
 def test_each_reader_names_the_other() -> None:
     with pytest.raises(cl.ModelError, match=r"roller_rig\.toml: is a model, .*load_model"):
         cl.load_scenario("roller_rig.toml")
-    with pytest.raises(cl.ModelError, match=r"torsion\.toml: is a scenario .*load_scenario"):
+    with pytest.raises(cl.ModelError, match=r"torsion\.toml: is a scenario, .*load_scenario"):
         cl.load_model("torsion.toml")
 
 
