@@ -102,8 +102,8 @@ void train_lay_patch(train *t, double begins, double ends, double factor) {
 int train_advance(train *t, drivetrain_input *input, drivetrain_state *state, double time,
                   double step, double tolerance) {
     unsigned char failed = 0;
-    drivetrain_advance_many_in_turn(&t->member, 1, 1, input, state, time, step, tolerance, &t->substep,
-                                    &failed);
+    drivetrain_advance_many_in_turn(&t->member, 1, 1, input, state, time, step, tolerance,
+                                    &t->substep, &failed);
     if (failed) t->substep = 0.0; /* another attempt is free to begin */
     return failed;
 }

@@ -390,7 +390,7 @@ def run_many(
         kept = Kept(when, runs.units) if metrics else None
         for name, values in _watch(runs, outcomes, kept, report, doubts).items():
             columns[name][places] = values
-        failed = runs.failed.reshape(-1, axles).any(axis=1)
+        failed = np.asarray(runs.failed.reshape(-1, axles).any(axis=1))
         for name in outcomes:
             columns[name][places] = np.where(failed, np.nan, columns[name][places])
         columns[FAILED][places] = failed
