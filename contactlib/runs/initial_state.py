@@ -39,7 +39,7 @@ def start(
     inputs : ndarray
         Kernel inputs of the first row; their torque is not used.
     demand : ndarray
-        Demanded torque at the start [N.m].
+        Demanded torque at the start [N.m]; that of a brake acts at any speed.
     creepage : float, optional
         Creepage at the start [1]. Default: steady under the demand; zero at standstill and
         backward.
@@ -53,7 +53,8 @@ def start(
     states["speed"] = speed
     torque = np.where(moving, demand, 0.0)
     braked = np.array([scenario.drivetrain.brake is not None for scenario in scenarios])
-    states["brake_torque"] = np.where(braked, np.maximum(-torque, 0.0), 0.0)
+    states["brake_torque"] = np.where(braked, np.maximum(-demand, 0.0), 0.0)
+    states["pads_left"] = states["pads_right"] = np.where(braked, np.sign(speed), 0.0)
     states["drive_torque"] = np.where(braked, np.maximum(torque, 0.0), torque)
 
     refused: dict[int, ValueError] = {}

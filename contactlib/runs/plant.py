@@ -637,6 +637,10 @@ class Plant:
         return self._demands(self._timing.step * sampled), held
 
 
+STICKING = 0.99  # part of the way that pads give, below which they do not slide
+CREEPING = 1e-9  # speed above which a held vehicle is said to creep [m/s]
+
+
 class Runs(Plant):
     """Runs of n scenarios under a controller, row by row.
 
@@ -687,6 +691,20 @@ class Runs(Plant):
         self._control, self._memory = control, None
         self._build(scenarios, timing, tolerance, creepage, max(1, BLOCK // len(scenarios)))
         self._begin(index)
+
+    @property
+    def creeping(self) -> list[str]:
+        """Sentences on vehicles that creep now although their brakes hold all wheels."""
+        states, speed = self._states, np.abs(self._states["speed"])
+        held = (states["brake_torque"] > 0.0) & (np.abs(states["pads_left"]) < STICKING)
+        held &= ~self.failed & (speed > CREEPING) & (speed < self._slowest)
+        held &= [not train.wheelset.element.memory for train in self.trains]
+        vehicles = held.reshape(-1, self.axles).any(axis=1)
+        return [
+            f"at the end the brake holds the wheels and the vehicle creeps at {value:.2g} m/s, as "
+            "its contacts have no memory: with wheelset.memory = true they stick"
+            for value in speed[:: self.axles][vehicles].tolist()
+        ]
 
     def blocks(self) -> Iterator[Block]:
         """Yield all rows in blocks; each is valid until the next."""

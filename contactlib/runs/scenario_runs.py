@@ -156,6 +156,7 @@ def run_scenario(
     for doubt in (
         scenario.rails.doubt(float(distance.min()), float(distance.max())),
         scenario.drivetrain.wheelset.element.doubt(load),
+        *runs.creeping,
     ):
         if doubt:
             warn(doubt)
@@ -226,8 +227,9 @@ def run_vehicle(
     for axle in result.axles:
         warn_of_damage(axle)
     places = result["distance"]
-    if doubt := scenario.rails.doubt(float(places.min()), float(places.max())):
-        warn(doubt)
+    for doubt in (scenario.rails.doubt(float(places.min()), float(places.max())), *runs.creeping):
+        if doubt:
+            warn(doubt)
     return result
 
 
@@ -453,7 +455,7 @@ def _watch(
     report: Callable[[int], object],
     doubts: list[str],
 ) -> dict[str, FloatArray]:
-    """Run to the end and return the outcomes; add doubts of tracks and force elements."""
+    """Run to the end and return the outcomes; add doubts of its end."""
     vehicles = Vehicles.of(runs.trains, runs.axles)
     watching = accumulators(outcomes, vehicles)
     low = high = largest = np.zeros(len(runs.trains))
@@ -477,6 +479,7 @@ def _watch(
     doubts += [
         text for text, fails in zip(of_maps + of_loads, failed, strict=True) if text and not fails
     ]
+    doubts += runs.creeping
     return {name: accumulator.value() for name, accumulator in watching.items()}
 
 

@@ -73,9 +73,17 @@ class Brake(Parameters):
     Negative torque goes to the brake and positive torque to the motor, whose limits do not apply to
     the brake. The brake torque, in proportion to the pressure in the brake cylinder, follows its
     command after a dead time by a first-order lag. It acts against the rotation of either wheel,
-    whatever its direction, so the brake can lock the wheels and cannot turn them backward. It fades
-    out with the rim speed below the contact's `minimum_speed`, as the constant resistance does, so
-    a braked vehicle on a grade does not hold but creeps, more slowly than that.
+    whatever its direction.
+
+    The pads of a wheel that stands hold it with the torque that it takes, up to the brake's. They
+    give by up to 0.1 mm at the rim before they slide, and their holders damp them, so a vehicle
+    that stops swings back once, by about a millimetre per second; both are chosen. With d the part
+    of that way, which is 1 where the pads slide forward, the torque on the wheel is
+
+        T (d + (1 - d**2)/2 u/u_0),    dd/dt = (u - |u| d)/(0.1 mm),
+
+    by the rim's speed u, with u/u_0 between -1 and 1 and u_0 = 5 mm/s. Contacts with memory stick
+    too, so a braked vehicle holds on a grade. Without memory they creep: runs warn of that.
 
     Parameters
     ----------

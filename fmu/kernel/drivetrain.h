@@ -33,9 +33,11 @@ typedef struct {
     double outer_right;     /* [N] */
     double drive_torque;    /* of the motor, at the axle [N.m] */
     double brake_torque;    /* of the turning axle, against its rotation [N.m] */
-    double distance;        /* [m] */
-    double drive_work;      /* of the torques of motor and brake [J] */
-    double creep_work;      /* of the creep forces on the slip velocities [J] */
+    double pads_left;  /* how far the wheel has carried its brake's pads along, over what they */
+    double pads_right; /* give before they slide: 1 on a wheel that turns forward, -1 backward */
+    double distance;   /* [m] */
+    double drive_work; /* of the torques of motor and brake [J] */
+    double creep_work; /* of the creep forces on the slip velocities [J] */
     double resistance_work; /* of the resistances; of the rig if the speed is held [J] */
     double loss_work;       /* of the drive's and the axle's damping [J] */
 } drivetrain_state;

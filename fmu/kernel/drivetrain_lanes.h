@@ -20,6 +20,8 @@ enum {
     OUTER_RIGHT = PLACE(drivetrain_state, outer_right),
     TORQUE = PLACE(drivetrain_state, drive_torque),
     BRAKE = PLACE(drivetrain_state, brake_torque),
+    PADS_LEFT = PLACE(drivetrain_state, pads_left),
+    PADS_RIGHT = PLACE(drivetrain_state, pads_right),
     DISTANCE = PLACE(drivetrain_state, distance),
     DRIVE = PLACE(drivetrain_state, drive_work),
     CREEP = PLACE(drivetrain_state, creep_work),
@@ -30,7 +32,7 @@ enum {
 ASSERT_LAYOUT(integrals_follow_states, (int)DISTANCE == (int)MAX_STATES && LOSS + 1 == MAX_ROWS);
 ASSERT_LAYOUT(right_follows_left, RIGHT == LEFT + 1 && HELD_RIGHT == HELD_LEFT + 1 &&
                                       UNSLIPPED_RIGHT == UNSLIPPED_LEFT + 1 &&
-                                      OUTER_RIGHT == OUTER_LEFT + 1);
+                                      OUTER_RIGHT == OUTER_LEFT + 1 && PADS_RIGHT == PADS_LEFT + 1);
 
 enum {
     COMMANDED = PLACE(drivetrain_input, commanded_torque),
@@ -127,7 +129,8 @@ static void fill(group *g, rows y) {
         for (int i = 0; !g->remembering && i < 2; i++)
             y[HELD_LEFT + i][l] = y[UNSLIPPED_LEFT + i][l] = y[OUTER_LEFT + i][l] = 0.0;
         if (!g->lagging) y[TORQUE][l] = g->input[COMMANDED][l];
-        if (!g->braked) y[BRAKE][l] = 0.0;
+        if (!g->braked) y[BRAKE][l] = y[PADS_LEFT][l] = 0.0;
+        if (!(g->braked && g->elastic)) y[PADS_RIGHT][l] = y[PADS_LEFT][l];
     }
 }
 

@@ -3,17 +3,35 @@
 #include "simd_dispatch.h"
 #include "track_formula.h"
 
-/* Direction of a wheel's rotation, -1 or 1 above the minimum speed of its rim, and its slope. */
-static double rotation_of(const drivetrain_parameters *p, double omega, double *slope) {
-    double rim = p->body.radius * omega, reference, reference_slope;
-    regularized_speed(rim, p->body.minimum_speed, &reference, &reference_slope);
-    double direction = rim / reference;
-    *slope = (1.0 - direction * reference_slope) * p->body.radius / reference;
-    return direction;
+/* Chosen, as rim speeds and ways: the pads of a brake give that way in their holders before they
+ * slide, and the holders damp them as long as they stick. */
+static const double PADS_GIVE = 1e-4; /* [m] */
+static const double PADS_DAMP = 5e-3; /* speed at which damping is half of what is left [m/s] */
+
+/* Part of the brake's torque that acts against a wheel, -1 to 1, and its derivatives. It is that of
+ * the pads, which a turning wheel carries along until they slide: dpads/dt = (u - |u| pads)/give.
+ */
+typedef struct {
+    double part, by_omega, by_pads; /* [1], [s], [1] */
+    double pads_rate, rate_by_omega, rate_by_pads;
+} braking;
+
+static braking braking_of(const drivetrain_parameters *p, double omega, double pads) {
+    double rim = p->body.radius * omega, pace = fabs(rim) / PADS_GIVE, reference, reference_slope;
+    regularized_speed(rim, PADS_DAMP, &reference, &reference_slope);
+    double along = rim / reference, left = 0.5 * (1.0 - pads * pads);
+    double along_slope = (1.0 - along * reference_slope) * p->body.radius / reference;
+    double sign = rim > 0.0 ? 1.0 : -1.0;
+    return (braking){.part = pads + left * along,
+                     .by_omega = left * along_slope,
+                     .by_pads = 1.0 - pads * along,
+                     .pads_rate = rim / PADS_GIVE - pace * pads,
+                     .rate_by_omega = (1.0 - sign * pads) * p->body.radius / PADS_GIVE,
+                     .rate_by_pads = -pace};
 }
 
-/* Add the brake's torque, which acts against the rotation of each wheel, and its first-order lag.
- */
+/* Add the brake's torque, which acts against the rotation of each wheel, its first-order lag, and
+ * its pads. */
 static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
     for (int l = 0; l < LANES; l++) {
         TAKE(drivetrain_parameters, p, g->train);
@@ -25,13 +43,19 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
         if (jacobian) j = *jacobian;
         f[BRAKE][l] = missing * pace;
         for (int i = 0; i < (g->elastic ? 2 : 1); i++) {
-            double omega = y[LEFT + i][l], slope, direction = rotation_of(&p, omega, &slope);
-            f[LEFT + i][l] -= share[i] * torque * direction * body;
-            power += share[i] * direction * omega;
+            double omega = y[LEFT + i][l];
+            braking b = braking_of(&p, omega, y[PADS_LEFT + i][l]);
+            f[PADS_LEFT + i][l] = b.pads_rate;
+            f[LEFT + i][l] -= share[i] * torque * b.part * body;
+            power += share[i] * b.part * omega;
             if (!j) continue;
-            j[LEFT + i][BRAKE][l] = -share[i] * direction * body;
-            j[LEFT + i][LEFT + i][l] -= share[i] * torque * slope * body;
-            j[DRIVE][LEFT + i][l] -= share[i] * torque * (direction + slope * omega);
+            j[PADS_LEFT + i][PADS_LEFT + i][l] = b.rate_by_pads;
+            j[PADS_LEFT + i][LEFT + i][l] = b.rate_by_omega;
+            j[LEFT + i][PADS_LEFT + i][l] = -share[i] * torque * b.by_pads * body;
+            j[LEFT + i][BRAKE][l] = -share[i] * b.part * body;
+            j[LEFT + i][LEFT + i][l] -= share[i] * torque * b.by_omega * body;
+            j[DRIVE][LEFT + i][l] -= share[i] * torque * (b.part + b.by_omega * omega);
+            j[DRIVE][PADS_LEFT + i][l] = -share[i] * torque * b.by_pads * omega;
         }
         f[DRIVE][l] -= torque * power;
         if (!j) continue;
@@ -88,7 +112,9 @@ static void drivetrain_error(void *model, rows y, rows error, lanes size) {
         double twist = fabs(y[TWIST][l]) + torque / (g->elastic ? p.axle_stiffness : 1.0);
         if (g->elastic) found += fabs(error[TWIST][l]) / twist;
         if (g->lagging) found += fabs(error[TORQUE][l]) / (fabs(y[TORQUE][l]) + torque);
-        if (g->braked) found += fabs(error[BRAKE][l]) / (fabs(y[BRAKE][l]) + torque);
+        if (g->braked)
+            found += (fabs(error[BRAKE][l]) + fabs(y[BRAKE][l] * error[PADS_LEFT][l])) /
+                     (fabs(y[BRAKE][l]) + torque);
         size[l] = found;
     }
 }
@@ -132,6 +158,7 @@ static equations equations_of(group *g) {
         place[n++] = HELD_LEFT + i;
     if (g->lagging) place[n++] = TORQUE;
     if (g->braked) place[n++] = BRAKE;
+    for (int i = 0; g->braked && i < (g->elastic ? 2 : 1); i++) place[n++] = PADS_LEFT + i;
     if (g->axles > 1) place[n++] = SPEED; /* the state that the axles share */
     problem.states = n;
     for (int i = DISTANCE; i <= LOSS; i++) place[n++] = i;
@@ -216,6 +243,7 @@ static void arrive(journey *j, group *g, integration *run, int l) {
     drivetrain_state *state = &j->state[i];
     take(run->y, l, FIELDS(drivetrain_state), (double *)state);
     if (!g->elastic) state->omega_right = state->omega_left;
+    if (!(g->braked && g->elastic)) state->pads_right = state->pads_left;
     if (g->alike) {
         state->held_right = state->held_left;
         state->unslipped_right = state->unslipped_left;
@@ -328,9 +356,9 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
         double turning = omega[0] * omega[0] + omega[1] * omega[1];
-        double share[2] = {p.drive_share, 1.0 - p.drive_share}, braking = 0.0, slope;
+        double share[2] = {p.drive_share, 1.0 - p.drive_share}, braked = 0.0;
         for (int i = 0; g->braked && i < 2; i++)
-            braking += share[i] * y[BRAKE][l] * rotation_of(&p, omega[i], &slope);
+            braked += share[i] * y[BRAKE][l] * braking_of(&p, omega[i], y[PADS_LEFT + i][l]).part;
         int held = p.body.inverse_mass == 0.0;
         double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
         output[l] = (drivetrain_output){
@@ -346,7 +374,7 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
             .sticking_right = right->OUTPUT_OF(sticking)[l],
             .steady_outer_left = left->OUTPUT_OF(steady_outer)[l],
             .steady_outer_right = right->OUTPUT_OF(steady_outer)[l],
-            .drive_torque = g->braked ? y[TORQUE][l] - braking : y[TORQUE][l],
+            .drive_torque = g->braked ? y[TORQUE][l] - braked : y[TORQUE][l],
             .axle_torque = p.axle_stiffness * twist + p.axle_damping * (omega[0] - omega[1]),
             .speed_rate = held ? in.acceleration : rates.speed_rate,
             .stored_energy =

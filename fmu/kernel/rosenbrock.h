@@ -22,7 +22,7 @@
 #include "lanes.h"
 #include "simd_math.h"
 
-enum { MAX_STATES = 12, MAX_ROWS = 17, MAX_SUBSTEPS = 100000 };
+enum { MAX_STATES = 14, MAX_ROWS = 19, MAX_SUBSTEPS = 100000 };
 
 typedef lanes rows[MAX_ROWS];
 typedef lanes matrix[MAX_ROWS][MAX_STATES];

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib.traction import OpenLoop, total_delay
-from contactlib.vehicle import Axle, Brake, Motor
+from contactlib.traction import OpenLoop, Sensors, total_delay
+from contactlib.vehicle import Axle, Brake, Motor, Resistance
 
 BRAKE = Brake(fill_time=0.3, vent_time=0.12, delay=0.04)
+GIVE = 1e-4  # way of the rim by which pads give [m]
 STEP = cl.Profile((1.0, 1.0, 3.0, 3.0), (0.0, -9e3, -9e3, 0.0))
 
 
@@ -66,21 +67,85 @@ def test_a_brake_that_is_not_applied_changes_no_bit() -> None:
         (Axle(stiffness=6e6, damping=200.0), -1.0),
     ],
 )
-def test_wheels_lock_and_never_turn_backward(axle: Axle | None, sign: float) -> None:
-    """At friction far below the demand, and in either direction of travel."""
+def test_wheels_lock(axle: Axle | None, sign: float) -> None:
+    """At friction far below the demand, and in either direction of travel.
+
+    They turn back by no more than the pads give, which give back no more than they took for it.
+    """
     wet = cl.Track(friction_left=cl.Profile.of(0.15))
     case = braking(BRAKE, initial_speed=sign * 8.0, design_speed=8.0, track=wet, duration=25.0)
     case = replace(case, demand=cl.Profile((1.0, 1.0), (0.0, -2e4)))
     train = case.drivetrain
     plain = replace(train.wheelset, element=replace(train.wheelset.element, memory=False))
     braked = run(replace(case, drivetrain=replace(train, wheelset=plain, axle=axle)))
-    turning = sign * np.minimum(sign * braked["omega_left"], sign * braked["omega_right"])
-    assert (sign * turning).min() > -1e-12
+    for side in ("left", "right"):
+        way = 0.5 * sign * np.cumsum(braked[f"omega_{side}"]) * braked.time[1]
+        assert (np.maximum.accumulate(way) - way).max() < GIVE
     locked = (sign * braked["speed"] > 2.0) & (braked.time > 4.0)
     assert np.abs(sign * braked["creepage"][locked] + 1.0).max() < 0.03
     assert abs(braked["speed"][-1]) < 1e-6  # stands
-    assert np.diff(braked["drive_work"]).max() < 1e-6  # a brake only takes energy
+    given_back = braked["drive_work"] - np.minimum.accumulate(braked["drive_work"])
+    assert given_back.max() < GIVE * 2e4 / 0.5
     assert np.abs(braked["energy_defect"]).max() < 1e-3
+
+
+def on_grade(grade: float, *, memory: bool = True, **changes: object) -> cl.Scenario:
+    """The locomotive on a grade, braked from the start with 8 kN.m."""
+    case = braking(BRAKE, **{"initial_speed": 0.0, "demand": cl.Profile.of(-8e3), **changes})  # type: ignore[arg-type]
+    body = case.drivetrain.wheelset
+    element = replace(body.element, memory=memory)
+    body = replace(body, element=element, damping=0.0, resistance=Resistance(grade=grade))
+    return replace(case, drivetrain=replace(case.drivetrain, wheelset=body))
+
+
+@pytest.mark.parametrize("grade", [0.03, -0.03])
+def test_a_brake_holds_on_a_grade(grade: float) -> None:
+    """For an hour, after it has settled in the first tenths of a second."""
+    case = on_grade(grade, duration=3600.0, sensors=Sensors())
+    held = cl.run_scenario(case, OpenLoop(sample_time=0.5), step=0.5)
+    moved = np.sign(-grade) * held["distance"]
+    assert 0.0 < moved[1] < GIVE
+    assert abs(moved[-1] - moved[1]) < 2e-6
+    assert case.drivetrain.wheelset.mass is not None
+    weight = case.drivetrain.wheelset.mass * 9.80665 * grade
+    np.testing.assert_allclose(held["creep_force"][1:], weight, rtol=1e-3)
+    np.testing.assert_allclose(held["drive_torque"][1:], 0.5 * weight, rtol=1e-3)
+
+
+def test_a_stop_swings_back_once() -> None:
+    """The brake's pads give back what they took, and their holders damp it."""
+    stop = cl.run_scenario(on_grade(0.0, initial_speed=2.0, duration=8.0), "open_loop", step=1e-3)
+    assert stop["speed"].min() == pytest.approx(-5e-3, abs=2e-3)
+    stopped = stop.time[np.argmax(stop["speed"] < 0.0)]
+    assert np.abs(stop["speed"][stop.time > stopped + 0.5]).max() < 1e-5
+    assert np.abs(stop["energy_defect"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("memory", [True, False])
+def test_a_brake_that_is_too_weak_lets_the_vehicle_roll_back(memory: bool) -> None:
+    case = on_grade(0.03, memory=memory, initial_speed=1.0, demand=cl.Profile.of(-1e3))
+    body = case.drivetrain.wheelset
+    back = run(case)
+    assert body.mass is not None
+    mass = body.mass + body.inertia / 0.5**2
+    push, hold = 9.80665 * 0.03 * body.mass, 1e3 / 0.5
+    for moving, force in ((back["speed"] > 0.2, -push - hold), (back["speed"] < -0.2, hold - push)):
+        np.testing.assert_allclose(back["acceleration"][moving], force / mass, rtol=2e-3)
+
+
+def test_contacts_without_memory_creep() -> None:
+    """Their speed is that at which the steady force at the minimum speed is the weight's part."""
+    case = on_grade(0.03, memory=False, duration=10.0)
+    with pytest.warns(cl.InputWarning, match=r"^at the end the brake holds .* creeps at \d"):
+        held = run(case)
+    body = case.drivetrain.wheelset
+    assert body.mass is not None
+    slow = body.element.minimum_speed
+    weight = 9.80665 * 0.03 * body.mass
+    slip = -held["speed"][-1]
+    force = body.element.evaluate(omega=slip / 0.5, speed=0.0)["creep_force"]
+    assert force == pytest.approx(weight, rel=1e-6)
+    assert 0.0 < slip < 1e-3 * slow
 
 
 def test_the_motor_s_limits_are_not_the_brake_s() -> None:

@@ -78,9 +78,11 @@ def drive(
     )
 
 
-def direction(rim: float) -> float:
-    """Direction of rotation by rim speed / minimum speed, below which it is smooth."""
-    return float(np.sign(rim) if abs(rim) >= 1.0 else 8.0 * rim / (3.0 + 6.0 * rim**2 - rim**4))
+def held_by(pads: float, rim: float) -> tuple[float, float]:
+    """Part of the brake's torque that pads in a place give, and their rate; by the rim's speed."""
+    u = rim / 5e-3  # the pads' holders damp
+    along = np.sign(u) if abs(u) >= 1.0 else 8.0 * u / (3.0 + 6.0 * u**2 - u**4)
+    return float(pads + 0.5 * (1.0 - pads**2) * along), (rim - abs(rim) * pads) / 1e-4
 
 
 def written_again(
@@ -103,7 +105,7 @@ def written_again(
     sides = ("left", "right")
 
     def rates(_: float, y: FloatArray) -> list[float]:
-        v, left, right, twist, *memory, motor, pressure = y.tolist()
+        v, left, right, twist, *memory, motor, pressure, pads_left, pads_right = y.tolist()
         if train.motor.lag == 0.0:
             motor = torque
         given = np.zeros(2, kernel.struct_dtype("force_element_input"))
@@ -114,8 +116,8 @@ def written_again(
         given["outer_force"] = memory[4:]
         out = contact.evaluate(given)
         q_left, q_right = (0.5 * out["creep_force"]).tolist()
-        slow = body.element.minimum_speed
-        braking = [pressure * direction(r * omega / slow) for omega in (left, right)]
+        pads = held_by(pads_left, r * left), held_by(pads_right, r * right)
+        braking = [pressure * part for part, _ in pads]
         davis = body.resistance
         pull = davis.constant * np.sign(v) + davis.linear * v + davis.quadratic * v * abs(v)
         dv = acceleration if body.mass is None else (q_left + q_right - pull) / body.mass
@@ -142,10 +144,11 @@ def written_again(
             *out["outer_rate"].tolist(),
             lag,
             0.0 if train.brake is None else (held["commanded_brake"] - pressure) / FILL,
+            *(rate if train.brake else 0.0 for _, rate in pads),
         ]
 
     omega = (1.0 + creepage) * speed / r
-    start = [speed, omega, omega, *[0.0] * 9]
+    start = [speed, omega, omega, *[0.0] * 11]
     solution: Any = solve_ivp(rates, (0.0, duration), start, method="LSODA", rtol=1e-9, atol=1e-12)
     assert solution.success
     return np.asarray(solution.y[:, -1])
