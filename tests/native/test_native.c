@@ -340,8 +340,8 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
         d.state.unslipped_right = random_unit();
     }
     if (i % 6 == 1) {
-        d.state.pads_left = 2.0 * random_unit() - 1.0;
-        d.state.pads_right = 2.0 * random_unit() - 1.0;
+        d.state.pads_left = cos((double)i);
+        d.state.pads_right = sin((double)i);
     }
     return d;
 }
