@@ -94,7 +94,8 @@ void train_lay_patch(train *t, double begins, double ends, double factor) {
     }
     const profile both = {.count = 4, .at = t->at, .value = t->factor};
     const profile one = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED};
-    t->rails = (track){.left = both, .right = both, .over_time = one, .slope = one};
+    const profile level = {.count = 1, .at = &ALWAYS, .value = &ALWAYS};
+    t->rails = (track){.left = both, .right = both, .over_time = one, .slope = one, .grade = level};
     t->member.rails = begins < ends ? &t->rails : NULL;
 }
 

@@ -34,7 +34,7 @@ from contactlib.files.reading import (
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Law, contact_of, friction_of, law_table
 from contactlib.laws.traction_data import TractionData
-from contactlib.vehicle.track import LISTS
+from contactlib.vehicle.track import RAILS
 
 TEXTS = ("name", "source", "table", "read_in", "vehicle", "speed", "fitted")
 GIVEN = ("friction", "law", "wheelset")  # sections of a model file that a condition fills
@@ -269,7 +269,7 @@ def placeholder_lists(condition: tuple[str, ...], given: Mapping[str, Any]) -> d
     ValueError
         If a condition is not known, lacks its place, or its factors are also given by lists.
     """
-    others = [key for key in (*LISTS, "unit") if key in given]
+    others = [key for key in (*RAILS, "unit") if key in given]
     if others:
         raise ValueError(f"condition replaces {' and '.join(others)}: give either of them")
     places = len(given.get("distance", ()))

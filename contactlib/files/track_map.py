@@ -1,4 +1,4 @@
-"""Friction over distance from a CSV file that a scenario names, such as one that was measured."""
+"""Friction and grade over distance from a CSV file that a scenario names, such as a survey's."""
 
 from __future__ import annotations
 

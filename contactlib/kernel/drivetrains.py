@@ -21,7 +21,8 @@ from contactlib.kernel.library import (
 from contactlib.kernel.tables import NativeTable
 
 NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
-NativeTrack = tuple[NativeProfile, NativeProfile, NativeProfile, NativeProfile]  # as struct track
+NativeTrack = tuple[NativeProfile, ...]  # as struct track
+PROFILES = 5  # of a track
 
 
 @cache
@@ -113,8 +114,8 @@ class NativeFleet:
         -------
         callable
             Advances under a row of the inputs; its arguments are the number of the row, the time
-            and the step [s], and the tolerance. The row's friction and slope are set to the
-            track's at the start.
+            and the step [s], and the tolerance. The row's friction, slope and grade are set
+            to the track's at the start.
         """
         row = pointer(inputs, "drivetrain_input")
         changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
@@ -239,7 +240,11 @@ def _drivetrain_fields() -> np.dtype[np.void]:
 @cache
 def _track_dtype() -> np.dtype[np.void]:
     """Dtype of the struct track, with pointers as numbers."""
-    parts = [(f"{side}_{part}", np.uintp) for side in range(4) for part in ("count", "at", "value")]
+    parts = [
+        (f"{side}_{part}", np.uintp)
+        for side in range(PROFILES)
+        for part in ("count", "at", "value")
+    ]
     return checked_dtype(parts, "track")
 
 
@@ -270,13 +275,14 @@ def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
 
 def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.void], FloatArray]:
     """Track structs, and the array that holds the places and values they point to."""
-    profiles = [profile for track in tracks for profile in track or (((), ()),) * 4]
+    profiles = [profile for track in tracks for profile in track or (((), ()),) * PROFILES]
     parts = [part for profile in profiles for part in profile]
     numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
     first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
     for i, track in enumerate(tracks):
         if track is not None and track[0] == track[1]:  # the kernel knows equal rails by address
-            first[8 * i + 2 : 8 * i + 4] = first[8 * i : 8 * i + 2]
+            left = 2 * PROFILES * i
+            first[left + 2 : left + 4] = first[left : left + 2]
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
-    return rows.reshape(len(tracks), 12).view(_track_dtype())[:, 0], numbers
+    return rows.reshape(len(tracks), 3 * PROFILES).view(_track_dtype())[:, 0], numbers

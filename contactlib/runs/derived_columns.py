@@ -38,6 +38,7 @@ UNITS = {
     "friction_scale_left": "1",
     "friction_scale_right": "1",
     "slope_scale": "1",
+    "grade": "1",
     "normal_load": "N",
     "falling_branch": "1",
     **WORK_UNITS,
@@ -121,7 +122,7 @@ class Block:
             return DERIVED[name](self)
         if name == "slope_scale" or name.startswith("friction_scale_"):
             return np.asarray(self._inputs[name.replace("_scale", "")])
-        if name == "commanded_torque":
+        if name in ("commanded_torque", "grade"):
             return np.asarray(self._inputs[name])
         if name in STATES:
             return np.asarray(self._states[name])

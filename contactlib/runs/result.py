@@ -42,6 +42,7 @@ LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of t
     "normal_load": "normal load",
     "friction_scale": "factor on friction",
     "slope_scale": "factor on the initial slope of the creep force",
+    "grade": "rise of the track over distance, beside the vehicle's own",
     "resistance_force": "resistance force beside the vehicle's own",
     "falling_branch": "1 where the creep force falls with creepage, else 0",
     "brake_torque": "torque of the brake against the rotation",

@@ -134,7 +134,7 @@ class VehicleRuns(Runs):
         self.measured_speed = np.zeros(self._inputs.shape)
         self._measured_speed = self.measured_speed[0]
         grades = [train.wheelset.resistance.grade for train in self.trains]
-        self._weight = STANDARD_GRAVITY * np.array(grades)
+        self._grades = np.array(grades)
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
         steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
@@ -144,7 +144,7 @@ class VehicleRuns(Runs):
             super()._begin(index)
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
             self._find_forces(0)
-            self._load = self._target = self._before = self._half_loads()
+            self._load = self._target = self._before = self._half_loads(0)
         distance = np.reshape(self._states["distance"], (-1, self.axles))
         cleaning = next((track for track in self.tracks if track.cleaning > 0.0), self.tracks[0])
         self._rails = RailState(cleaning, distance)  # for its works, which no friction enters
@@ -169,15 +169,16 @@ class VehicleRuns(Runs):
         """Distance of each axle behind the first one of its vehicle [m]."""
         return np.concatenate([vehicle.position for vehicle in self._vehicles])
 
-    def _half_loads(self) -> FloatArray:
+    def _half_loads(self, place: int) -> FloatArray:
         """Half of the loads of the axles under the present forces, by statics [N]."""
+        weight = STANDARD_GRAVITY * (self._grades + self._inputs["grade"][place])
         shape, forces = self._static.shape, self._forces
         given = np.stack(
             [
                 (forces["creep_force_left"] + forces["creep_force_right"]).reshape(shape),
                 forces["drive_torque"].reshape(shape),
                 (0.5 * (self._states["omega_left"] + self._states["omega_right"])).reshape(shape),
-                (forces["speed_rate"] + self._weight).reshape(shape),
+                (forces["speed_rate"] + weight).reshape(shape),
             ],
             axis=-2,
         )
@@ -192,7 +193,7 @@ class VehicleRuns(Runs):
         super()._advance(place, row, step)
         if step > 0.0:
             self._load = self._load + self._follow * change
-            self._before, self._target = self._target, self._half_loads()
+            self._before, self._target = self._target, self._half_loads(place)
 
     def _after_step(self, place: int) -> None:
         """Find the forces, and how far each wheel's rail is clean: by other axles too."""

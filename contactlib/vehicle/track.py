@@ -1,4 +1,4 @@
-"""Piecewise linear profiles, and the track: factors on friction and on the slope."""
+"""Piecewise linear profiles, and the track: factors on friction and slope, and grades."""
 
 from __future__ import annotations
 
@@ -126,9 +126,11 @@ def _scaled(profile: Profile, factor: float) -> Profile:
     return Profile(profile.at, tuple(factor * value for value in profile.value))
 
 
-LISTS = ("friction", "friction_left", "friction_right", "slope")  # over distance
-UNCHANGED = Profile((0.0,), (1.0,))
+RAILS = ("friction", "friction_left", "friction_right", "slope")  # lists over distance
+LISTS = (*RAILS, "grade")  # all lists over distance
+UNCHANGED, LEVEL = Profile((0.0,), (1.0,)), Profile((0.0,), (0.0,))
 FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
+GRADE = Quantity("1", at_least=-0.5, at_most=0.5, usual=(-0.1, 0.1))
 CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
 AT_END = 0.1  # distance beyond the end of a map that is no departure from it [m]
 OFF_MAP = "the run, from"  # a doubt begins so
@@ -139,7 +141,7 @@ FAR, FARTHEST = (10.0, 100.0), 1000.0  # [1, m], [m]
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """Factors on both friction coefficients and on the initial slope of the creep force.
+    """Factors on both friction coefficients and on the initial slope of the creep force; grades.
 
     Parameters
     ----------
@@ -154,6 +156,9 @@ class Track:
         wet rail has 0.29 times the slope of a dry one [1]_. The saturation creepage is divided by
         it, and k_hat does not change. This is an assumption, as for the slope reduction of the
         force element: a third-body layer shears, and does not change the weakening of friction.
+    grade : Profile, optional
+        Rise over distance [m], positive uphill in the direction of travel, which is added to the
+        vehicle's own grade [1]. Default: 0. Each axle meets the grade of its own place.
     cleaning : float, optional
         Inverse of the slip work per length of one rail for 63 % of the recovery of friction [m/J].
         Default: 0, slip does not clean the rails.
@@ -168,7 +173,7 @@ class Track:
     Raises
     ------
     ValueError
-        If a factor is not above zero, or `cleaning` is below zero.
+        If a factor is not above zero, `cleaning` is below zero, or a grade is out of range.
 
     Notes
     -----
@@ -203,6 +208,7 @@ class Track:
     friction_right: Profile | None = None
     friction_over_time: Profile = UNCHANGED
     slope: Profile = UNCHANGED
+    grade: Profile = LEVEL
     cleaning: float = 0.0
     recovered: float = 1.0
     unit: Literal["factor", "coefficient"] = "factor"
@@ -214,6 +220,7 @@ class Track:
         if self.friction_right is not None:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
         checked("Track.slope", self.slope.value, POSITIVE)
+        checked("Track.grade", self.grade.value, GRADE)
         for name, limits in (("cleaning", CLEANING), ("recovered", FACTOR)):
             number = checked_number(f"Track.{name}", getattr(self, name), limits)
             object.__setattr__(self, name, number)
@@ -231,20 +238,21 @@ class Track:
         time: Annotated[Values, TIME] = (),
         friction_over_time: Annotated[Values, FACTOR] = (),
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
+        grade: Annotated[Values, GRADE] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
         recovered: Annotated[float, FACTOR] = 1.0,
         start: Annotated[float, Quantity("m", at_least=-1e9, at_most=1e9)] = 0.0,
         direction: Literal["increasing", "decreasing"] = "increasing",
         unit: Literal["factor", "coefficient"] = "factor",
     ) -> Track:
-        """Make the track from lists of places and of factors, which are the fields of the class.
+        """Make the track from lists of places and of values, which are the fields of the class.
 
         Only a scenario file reads a `map`; here it names the map in messages.
 
         Parameters
         ----------
         map : str, optional
-            CSV file of a map of the track, in place of `distance` and the factors over it. It lies
+            CSV file of a map of the track, in place of `distance` and the lists over it. It lies
             beside the scenario or below its folder, or is a shipped one.
         distance : tuple of float, optional
             Breakpoints along the track [m].
@@ -254,7 +262,8 @@ class Track:
             Place, as `distance` counts, where the run starts [m].
         direction : str, optional
             Whether `distance` increases or decreases in the direction of travel. If it decreases,
-            the left wheel runs on the right rail of the lists.
+            the left wheel runs on the right rail of the lists, and a grade that rises with
+            `distance` is a descent.
         unit : str, optional
             Whether friction, friction_left and friction_right are factors or kinetic friction
             coefficients of the rails, which are divided by that of the vehicle's file.
@@ -266,15 +275,16 @@ class Track:
         ValueError
             If a value is out of range, a list lacks its places, or their lengths differ.
         """
-        lists = dict(zip(LISTS, (friction, friction_left, friction_right, slope), strict=True))
+        given_lists = friction, friction_left, friction_right, slope, grade
+        lists = dict(zip(LISTS, given_lists, strict=True))
         along = {key: values for key, values in lists.items() if values}
         survey = Survey(start, 1.0 if direction == "increasing" else -1.0, map)
-        together = tuple(key for key in along if key != "slope") in ((), LISTS[:1], LISTS[1:3])
+        together = tuple(key for key in along if key in RAILS[:3]) in ((), RAILS[:1], RAILS[1:3])
         if not together or bool(distance) != bool(along):
             given = [*(["distance"] if distance else []), *along]
             raise ValueError(
-                "distance must go with slope, friction, or friction_left and friction_right; "
-                f"given are {' and '.join(given)}"
+                "distance must go with slope, grade, friction, or friction_left and "
+                f"friction_right; given are {' and '.join(given)}"
             )
         factors = {
             "friction_left" if key == "friction" else key: profile_of(
@@ -286,6 +296,8 @@ class Track:
         if "friction_right" in factors and survey.sign < 0.0:
             sides = factors["friction_left"], factors["friction_right"]
             factors["friction_right"], factors["friction_left"] = sides
+        if "grade" in factors:
+            factors["grade"] = _scaled(factors["grade"], survey.sign)
         over_time = {"time": time, "friction_over_time": friction_over_time}
         given = [key for key, values in over_time.items() if values]
         if len(given) == 1:
@@ -336,8 +348,8 @@ class Track:
             If one is not finite.
         """
         low, high = checked_number("low", low, FINITE), checked_number("high", high, FINITE)
-        along = self.friction_left, self.friction_right or self.friction_left, self.slope
-        varying = [profile for profile in along if len(set(profile.value)) > 1]
+        along = self.friction_left, self.friction_right, self.slope, self.grade
+        varying = [profile for profile in along if profile and len(set(profile.value)) > 1]
         if not varying:
             return None
         first, last = min(p.at[0] for p in varying), max(p.at[-1] for p in varying)
@@ -355,7 +367,7 @@ class Track:
         away = back or (high > AT_END and low > -AT_END and last < -AT_END)
         if away or gap > min(FAR[0] * (high - low) + FAR[1], FARTHEST):
             here = survey.places(first, last)
-            return f"{where}, never meets the friction of track.distance, {here}; {cure}"
+            return f"{where}, never meets the values of track.distance, {here}; {cure}"
         return None
 
     @property
@@ -411,9 +423,8 @@ class Track:
     @cached_property
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
-        profiles = (*self.sides, self.friction_over_time, self.slope)
-        left, right, over_time, slope = ((profile.at, profile.value) for profile in profiles)
-        return left, right, over_time, slope
+        profiles = (*self.sides, self.friction_over_time, self.slope, self.grade)
+        return tuple((profile.at, profile.value) for profile in profiles)
 
 
 CELL = 0.1  # length of rail with one friction [m]

@@ -519,8 +519,9 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
         force_element_parameters contact = *members[i].contact;
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);
-        creepage[i] = creep_curve_grip(members[i].table, &contact, &members[i].drivetrain->body,
-                                       &at, torque[i], &limit[i]);
+        wheelset_parameters body = on_grade(&members[i].drivetrain->body, input[i].grade);
+        creepage[i] =
+            creep_curve_grip(members[i].table, &contact, &body, &at, torque[i], &limit[i]);
     }
 }
 

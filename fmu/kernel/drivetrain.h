@@ -53,6 +53,7 @@ typedef struct {
     double friction_left;    /* multiplies f_s and f_d [1] */
     double friction_right;   /* [1] */
     double slope;            /* multiplies the initial slope of the creep force [1] */
+    double grade;            /* rise over distance where the wheel is; added to the body's [1] */
     double recovered;        /* factor on friction of clean rails, towards which cleaning raises */
     double cleaned_left;     /* the track's: the part of the way that is done, 0 to 1 [1] */
     double cleaned_right;    /* [1] */
@@ -77,7 +78,7 @@ typedef struct {
     double stored_energy;      /* kinetic energy and that of the axle's twist [J] */
 } drivetrain_output;
 
-/* One drivetrain of many. If rails is NULL, the input gives friction and slope. */
+/* One drivetrain of many. If rails is NULL, the input gives friction, slope and grade. */
 typedef struct {
     const creep_table *table;
     const force_element_parameters *contact;
@@ -91,8 +92,8 @@ enum { MAX_AXLES = 8 };
 
 /* Advance n drivetrains by one step. Each `axles` neighbours share their speed, as those of one
  * vehicle, whose mass is the sum of theirs: then all have a mass, equal speeds, and the same table
- * and kinds of states. 1: each has its own speed. The input's friction and slope are set to the
- * track's at the start; each stretch between two corners of the track's profiles is integrated
+ * and kinds of states. 1: each has its own speed. The input's friction, slope and grade are set to
+ * the track's at the start; each stretch between two corners of the track's profiles is integrated
  * under those in its middle. The tolerance is relative, as in wheelset_advance; substep holds the
  * length to try first for each drivetrain (0: not known). A drivetrain or vehicle that fails keeps
  * its state, its failed flags are set, and it is not stepped any more. */

@@ -43,10 +43,11 @@ enum {
     LOAD_RIGHT = PLACE(drivetrain_input, load_right),
     FRICTION_LEFT = PLACE(drivetrain_input, friction_left),
     FRICTION_RIGHT = PLACE(drivetrain_input, friction_right),
-    SLOPE = PLACE(drivetrain_input, slope)
+    SLOPE = PLACE(drivetrain_input, slope),
+    GRADE = PLACE(drivetrain_input, grade)
 };
-ASSERT_LAYOUT(factors_of_the_track,
-              FRICTION_RIGHT == FRICTION_LEFT + 1 && SLOPE == FRICTION_LEFT + 2);
+ASSERT_LAYOUT(factors_of_the_track, FRICTION_RIGHT == FRICTION_LEFT + 1 &&
+                                        SLOPE == FRICTION_LEFT + 2 && GRADE == FRICTION_LEFT + 3);
 
 /* Drivetrains with the same table, states and kind of friction. A wheel's contact has the
  * parameters of both under twice its load, and half of their force. */
@@ -141,8 +142,8 @@ ALWAYS_INLINE wheelset_rates rates_together(const drivetrain_parameters *p,
     contact_action both = {.force = a[0].force + a[1].force,
                            .by_omega = a[0].by_omega + a[1].by_omega,
                            .by_speed = a[0].by_speed + a[1].by_speed};
-    return motion_rates(&p->body, y[LEFT][l], y[SPEED][l], y[TORQUE][l], in->resistance_force,
-                        both);
+    wheelset_parameters body = on_grade(&p->body, in->grade);
+    return motion_rates(&body, y[LEFT][l], y[SPEED][l], y[TORQUE][l], in->resistance_force, both);
 }
 
 /* Set the rates of all rows, and the elements of the Jacobian that can differ from zero. */

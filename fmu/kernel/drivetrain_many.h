@@ -182,9 +182,9 @@ typedef struct {
     lanes rest;       /* part of the step after that stretch; below zero if the lane is idle */
 } journey;
 
-/* Factors of the track where a drivetrain is, under the cleaning that its input holds. */
+/* Factors and grade of the track where a drivetrain is, under the cleaning that its input holds. */
 static void factors_of(const drivetrain_member *member, const drivetrain_input *in, double distance,
-                       double time, double factor[3]) {
+                       double time, double factor[4]) {
     track_factors(member->rails, distance, time, factor);
     factor[0] += in->cleaned_left * larger(in->recovered - factor[0], 0.0);
     factor[1] += in->cleaned_right * larger(in->recovered - factor[1], 0.0);
@@ -204,9 +204,9 @@ static void begin_stretch(journey *j, group *g, integration *run, int first) {
     for (int l = first; l < end; l++) {
         size_t i = j->at[l];
         if (j->members[i].rails) {
-            double middle = run->y[DISTANCE][l] + 0.5 * part * run->y[SPEED][l], factor[3];
+            double middle = run->y[DISTANCE][l] + 0.5 * part * run->y[SPEED][l], factor[4];
             factors_of(&j->members[i], &j->input[i], middle, j->time[l] + 0.5 * part, factor);
-            for (int k = 0; k < 3; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
+            for (int k = 0; k < 4; k++) g->input[FRICTION_LEFT + k][l] = factor[k];
             set_rails(g, l);
         }
         run->left[l] = part;
@@ -316,11 +316,12 @@ void WIDE(drivetrain_advance_many)(const drivetrain_member *members, size_t n, s
                                    unsigned char *failed) {
     for (size_t i = 0; i < n; i++) {
         if (!members[i].rails) continue;
-        double factor[3];
+        double factor[4];
         factors_of(&members[i], &input[i], state[i].distance, time, factor);
         input[i].friction_left = factor[0];
         input[i].friction_right = factor[1];
         input[i].slope = factor[2];
+        input[i].grade = factor[3];
     }
     if (!(step > 0.0)) return;
     for (size_t i = 0, count; i < n; i += count) {

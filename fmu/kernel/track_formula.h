@@ -27,13 +27,14 @@ static inline double value_at(const profile *p, double place) {
     return p->value[next - 1] + part * (p->value[next] - p->value[next - 1]);
 }
 
-/* Factors on friction under the left and the right wheel, and on the slope. */
+/* Factors on friction under the left and the right wheel, and on the slope; and the grade. */
 static inline void track_factors(const track *rails, double distance, double time,
-                                 double factor[3]) {
+                                 double factor[4]) {
     double over_time = value_at(&rails->over_time, time);
     factor[0] = over_time * value_at(&rails->left, distance);
     factor[1] = over_time * value_at(&rails->right, distance);
     factor[2] = value_at(&rails->slope, distance);
+    factor[3] = value_at(&rails->grade, distance);
 }
 
 static inline double distance_ahead(const profile *p, double distance) {
@@ -51,17 +52,12 @@ static inline double distance_behind(const profile *p, double distance) {
  * at rest only the profile over time counts. */
 static inline double track_until_change(const track *rails, double distance, double speed,
                                         double time) {
+    const profile *along[] = {&rails->left, &rails->right, &rails->slope, &rails->grade};
     double found = distance_ahead(&rails->over_time, time);
-    if (speed > 0.0) {
+    for (size_t i = 0; speed != 0.0 && i < sizeof along / sizeof *along; i++) {
         double way =
-            fmin(distance_ahead(&rails->left, distance), distance_ahead(&rails->right, distance));
-        way = fmin(way, distance_ahead(&rails->slope, distance));
-        found = fmin(found, way / speed);
-    } else if (speed < 0.0) {
-        double way =
-            fmin(distance_behind(&rails->left, distance), distance_behind(&rails->right, distance));
-        way = fmin(way, distance_behind(&rails->slope, distance));
-        found = fmin(found, way / -speed);
+            speed > 0.0 ? distance_ahead(along[i], distance) : distance_behind(along[i], distance);
+        found = fmin(found, way / fabs(speed));
     }
     return found;
 }

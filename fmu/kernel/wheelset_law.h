@@ -5,6 +5,13 @@
 #include "simd_math.h"
 #include "wheelset.h"
 
+/* The body on a grade that is added to its own. */
+ALWAYS_INLINE wheelset_parameters on_grade(const wheelset_parameters *p, double grade) {
+    wheelset_parameters there = *p;
+    there.grade_acceleration += 9.80665 * grade; /* standard gravity */
+    return there;
+}
+
 /* Creep force on the body and its derivatives by the body's states. */
 typedef struct {
     double force, by_omega, by_speed; /* creep force [N, N.s, N.s/m] */

@@ -113,7 +113,7 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
             "Survey 3\ndistance,friction\n0,1\n",
             r"line 1: line 2 names the columns, so line 1 is a pre",
         ),
-        ("distance,friction_left\n0,1\n", r"distance must go with slope, friction, or .*given are"),
+        ("distance,friction_left\n0,1\n", r"distance must go with slope, grade, .*given are"),
         ("distance,friction\n", r"line 1: no data"),
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
         ("", r"line 1: it must name the columns"),

@@ -662,7 +662,8 @@ static void test_widths(const creep_table *table, const force_element_parameters
     const track rails = {.left = {.count = 5, .at = at, .value = value},
                          .right = {.count = 4, .at = at + 1, .value = value + 1},
                          .over_time = {.count = 1, .at = at, .value = value},
-                         .slope = {.count = 3, .at = at, .value = value + 2}};
+                         .slope = {.count = 3, .at = at, .value = value + 2},
+                         .grade = {.count = 2, .at = at + 2, .value = value + 3}};
     some_drivetrain d[MANY];
     drivetrain_member members[MANY];
     drivetrain_state state[2][MANY];
@@ -703,7 +704,7 @@ static void test_vehicles(const creep_table *table, const force_element_paramete
     enum { AXLES = 3, ALL = 9 };
     static const double at = 0.0, value = 0.7;
     const profile even = {.count = 1, .at = &at, .value = &value};
-    const track rails = {even, even, even, even};
+    const track rails = {even, even, even, even, even};
     some_drivetrain d[ALL];
     drivetrain_member members[ALL];
     drivetrain_state state[2][ALL];

@@ -104,11 +104,11 @@ LEAVES, NEVER = "leaves the map m.csv, which covers ", "never meets "
         ),
         ({}, 0.0, 900.0, None),  # a patch has ends
         ({"start": -30.0}, 0.0, 20.0, None),  # nor need a short run reach it
-        ({"start": -30.0}, -20.0, 0.0, f"from -50 to -30 m, {NEVER}the friction of track.dis"),
-        ({}, -20.0, 0.02, f"from -20 to 0.02 m, {NEVER}the friction of track.distance"),
-        ({"start": 500.0}, 0.0, 90.0, f"from 500 to 590 m, {NEVER}the friction"),
-        ({"start": -1900.0}, 0.0, 800.0, f"from -1900 to -1100 m, {NEVER}the friction"),
-        ({"start": -12_400.0}, 0.0, 90.0, f"from -12400 to -12310 m, {NEVER}the friction"),
+        ({"start": -30.0}, -20.0, 0.0, f"from -50 to -30 m, {NEVER}the values of track.dis"),
+        ({}, -20.0, 0.02, f"from -20 to 0.02 m, {NEVER}the values of track.distance"),
+        ({"start": 500.0}, 0.0, 90.0, f"from 500 to 590 m, {NEVER}the values"),
+        ({"start": -1900.0}, 0.0, 800.0, f"from -1900 to -1100 m, {NEVER}the values"),
+        ({"start": -12_400.0}, 0.0, 90.0, f"from -12400 to -12310 m, {NEVER}the values"),
     ],
 )
 def test_a_run_off_its_map_is_doubted(
