@@ -315,6 +315,9 @@ def _speed(axes: Axes, run: _Drawn) -> None:
     (rim, top), speed = _rim_and_top(run.result), run.result["speed"]
     axes.plot(run.at, rim, color=paint.orange, lw=0.9, label="wheel rim")
     axes.plot(run.at, speed, color=paint.ink, lw=1.3, label="vehicle")
+    if "speed_limit" in run.result.units:
+        limit = run.result["speed_limit"]
+        axes.plot(run.at, limit, color=paint.grey, lw=0.8, label="limit", scaley=False)
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
         _leaves(axes, run, rim > top, f"rim: up to {rim.max():.0f} m/s")

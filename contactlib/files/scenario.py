@@ -191,7 +191,7 @@ class Scenario(Parameters):
         Axles of a vehicle, which `run_vehicle` runs; None for a single wheelset. The mass of each
         wheelset is its share of the vehicle's.
     track : Track
-        Friction, slope and grade over distance, and friction over time.
+        Friction, slope, grade and speed limit over distance, and friction over time.
     wheel_load : WheelLoad or None
         Factor on the static load of both wheels over time; None if the load is static.
     demand : Profile

@@ -69,6 +69,9 @@ class Source(Protocol):
     def available(self) -> AvailableForce | None:
         """Largest creep forces that friction allows; None if no signal needs them."""
 
+    def speed_limit(self, distance: FloatArray) -> FloatArray:
+        """Speed limits of the tracks at distances of shape (rows, n) [m/s]."""
+
     @property
     def measured_speed(self) -> FloatArray | None:
         """Measured vehicle speed of the block's rows [m/s]; None of a single wheelset."""
@@ -141,6 +144,9 @@ class Block:
         measured: Any = self._source.measured_speed
         return np.asarray(measured[: self.time.size])
 
+    def _speed_limit(self) -> FloatArray:
+        return self._source.speed_limit(self["distance"])
+
     def _creepage(self) -> FloatArray:
         return 0.5 * (self["creepage_left"] + self["creepage_right"])
 
@@ -173,6 +179,7 @@ DERIVED: Mapping[str, Callable[[Any], FloatArray]] = {
         "_slip_velocity",
         "_acceleration",
         "_measured_speed",
+        "_speed_limit",
         "_creepage",
         "_creep_force",
         "_falling_branch",
@@ -191,6 +198,10 @@ class SingleWheelset:
     radius: FloatArray
     available: None = None
     measured_speed: None = None
+
+    def speed_limit(self, distance: FloatArray) -> FloatArray:
+        """No limit: continuous controllers have no track."""
+        return np.full(distance.shape, np.inf)
 
 
 def continuous_result(

@@ -8,7 +8,7 @@ the load of the row.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import cached_property
 from typing import Any, NamedTuple, Self
@@ -50,6 +50,7 @@ BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
 SAMPLE_TIME = Limits(at_least=1e-6, at_most=1e3)  # [s]
 TORQUE = Limits(at_least=-STRONGEST, at_most=STRONGEST)
+FADING = 1.0  # below a speed limit, over which traction falls to zero [m/s]
 STANDING = 1e-200  # speed [m/s] or angular velocity [rad/s] at which power limits no torque
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
 STATIC = Profile.of(1.0)  # factor on the load
@@ -119,11 +120,14 @@ class Drives:
         self._braked: Numbers = bool(braked[0]) if single and braked else np.array(braked)
         self._has_brakes = any(braked)
 
-    def possible(self, demand: Numbers, speed: Numbers) -> Numbers:
-        """Part of the driver's demand [N.m] that the power allows at the vehicle's speed [m/s]."""
-        if not self._limited:
-            return demand
-        limited = _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
+    def possible(self, demand: Numbers, speed: Numbers, limit: Numbers | None = None) -> Numbers:
+        """Part of the demand [N.m] that power and limit allow at the vehicle's speed [m/s]."""
+        limited = demand
+        if self._limited:
+            limited = _within(demand, self._power * self._radius / maximum(abs(speed), STANDING))
+        if limit is not None:
+            share = minimum(maximum((limit - abs(speed)) / FADING, 0.0), 1.0)
+            limited = where(demand * speed < 0.0, limited, share * limited)
         return self._or_braking(demand, limited)
 
     def command(
@@ -346,6 +350,7 @@ class Plant:
     '11.4 m/s, 70 kJ of slip'
     """
 
+    _units = UNITS
     axles = 1  # that share one speed
     measured_speed: Any = None  # of the block's rows [m/s], of a vehicle
 
@@ -503,14 +508,19 @@ class Plant:
         return self._given(self._measured(demands[count]))
 
     @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the signals; there is a speed limit if a track has one."""
+        return {**self._units, **({"speed_limit": "m/s"} if self.has_limits else {})}
+
+    @property
     def time(self) -> float:
         """Time of the present sample [s]."""
         return self._timing.step * self._row
 
     def __getitem__(self, name: str) -> Any:
         """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
-        if name not in UNITS:
-            raise KeyError(f"{name!r} is not a signal: known are {', '.join(UNITS)}")
+        if name not in self.units:
+            raise KeyError(f"{name!r} is not a signal: known are {', '.join(self.units)}")
         values = self.now()[name][0]
         return float(values[0]) if self._single else np.array(values)
 
@@ -554,7 +564,8 @@ class Plant:
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
         demand, held = self._ahead(0, 1)
         speed = np.array([one.initial_speed for one in self._scenarios])
-        self._demand = self._drives.possible(_numbers(demand[0]), _numbers(speed))
+        limit = self._limit_at(np.zeros(n))
+        self._demand = self._drives.possible(_numbers(demand[0]), _numbers(speed), limit)
         for name, values in held.items():
             self._inputs[name][0] = values[0]
         self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
@@ -571,10 +582,28 @@ class Plant:
     def _measured(self, demand: FloatArray) -> Measurement[Any]:
         """Read the sensors; the drive's power limits the demand [N.m]."""
         speed = _numbers(self._states["speed"])
-        self._demand = self._drives.possible(_numbers(demand), speed)
+        limit = self._limit_at(self._states["distance"])
+        self._demand = self._drives.possible(_numbers(demand), speed, limit)
         rim = self._radius * self._turning()
         wheel, vehicle = self._reader.read(rim, speed, self._demand)
         return Measurement(self._demand, wheel, vehicle, self._torque, (wheel,))
+
+    def _limit_at(self, distance: FloatArray) -> Numbers | None:
+        """Speed limits of the places of first axles [m/s]; None if no track has any."""
+        return _numbers(self.speed_limit(distance)) if self.has_limits else None
+
+    @cached_property
+    def has_limits(self) -> bool:
+        """Whether a track has a speed limit."""
+        return any(track.speed_limit is not None for track in self.tracks)
+
+    def speed_limit(self, distance: FloatArray) -> FloatArray:
+        """Speed limits at distances (..., n) of n wheelsets or axles [m/s]: of the first axles."""
+        limits = np.full(distance.shape, np.inf)
+        for i, track in enumerate(self.tracks):
+            if track.speed_limit is not None:
+                limits[..., i] = track.speed_limit(distance[..., i - i % self.axles])
+        return limits
 
     def _turning(self) -> Numbers:
         """Mean angular velocity of the wheels [rad/s]."""
@@ -672,11 +701,7 @@ class Runs(Plant):
         states are frozen.
     refused : dict
         Errors of the runs that could not start, by position.
-    units : mapping
-        Units of the signals by name.
     """
-
-    units = UNITS
 
     def __init__(
         self,

@@ -31,6 +31,7 @@ LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of t
     "reference": "reference of the controller",
     "omega": "angular velocity",
     "speed": "vehicle speed",
+    "speed_limit": "speed from which the driver demands no traction",
     "measured_speed": "vehicle speed that the controllers get",
     "acceleration": "vehicle acceleration",
     "slip_velocity": "rim speed less vehicle speed",

@@ -46,7 +46,7 @@ Metric = Callable[[Any], float]  # of a Result, or of a VehicleResult
 class Kept:
     """Keeps all signals of all rows of runs."""
 
-    def __init__(self, when: Timing, units: Mapping[str, str] = UNITS) -> None:
+    def __init__(self, when: Timing, units: Mapping[str, str]) -> None:
         self._when, self._done, self._units = when, 0, units
         self._parts: dict[str, list[FloatArray]] = {name: [] for name in units}
 
@@ -143,7 +143,7 @@ def run_scenario(
     )
     for error in runs.refused.values():
         raise error
-    kept = Kept(when)
+    kept = Kept(when, runs.units)
     for block in runs.blocks():
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"

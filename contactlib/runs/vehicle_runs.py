@@ -87,7 +87,7 @@ class VehicleRuns(Runs):
         As for `Runs`, with the controller of all axles; the index is that of each vehicle.
     """
 
-    units = VEHICLE_UNITS
+    _units = VEHICLE_UNITS
 
     def __init__(
         self,

@@ -127,10 +127,11 @@ def _scaled(profile: Profile, factor: float) -> Profile:
 
 
 RAILS = ("friction", "friction_left", "friction_right", "slope")  # lists over distance
-LISTS = (*RAILS, "grade")  # all lists over distance
+LISTS = (*RAILS, "grade", "speed_limit")  # all lists over distance
 UNCHANGED, LEVEL = Profile((0.0,), (1.0,)), Profile((0.0,), (0.0,))
 FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
 GRADE = Quantity("1", at_least=-0.5, at_most=0.5, usual=(-0.1, 0.1))
+LIMIT = Quantity("m/s", above=0.0, usual=(1.0, 170.0))
 CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
 AT_END = 0.1  # distance beyond the end of a map that is no departure from it [m]
 OFF_MAP = "the run, from"  # a doubt begins so
@@ -159,6 +160,10 @@ class Track:
     grade : Profile, optional
         Rise over distance [m], positive uphill in the direction of travel, which is added to the
         vehicle's own grade [1]. Default: 0. Each axle meets the grade of its own place.
+    speed_limit : Profile, optional
+        Speed over distance [m] from which the driver demands no traction [m/s]: the demand falls
+        linearly to zero over the last 1 m/s below that of the place of the first axle. Braking
+        remains. Default: none.
     cleaning : float, optional
         Inverse of the slip work per length of one rail for 63 % of the recovery of friction [m/J].
         Default: 0, slip does not clean the rails.
@@ -173,7 +178,8 @@ class Track:
     Raises
     ------
     ValueError
-        If a factor is not above zero, `cleaning` is below zero, or a grade is out of range.
+        If a factor is not above zero, `cleaning` is below zero, or a grade or speed limit is out of
+        range.
 
     Notes
     -----
@@ -209,6 +215,7 @@ class Track:
     friction_over_time: Profile = UNCHANGED
     slope: Profile = UNCHANGED
     grade: Profile = LEVEL
+    speed_limit: Profile | None = None
     cleaning: float = 0.0
     recovered: float = 1.0
     unit: Literal["factor", "coefficient"] = "factor"
@@ -221,6 +228,8 @@ class Track:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
         checked("Track.slope", self.slope.value, POSITIVE)
         checked("Track.grade", self.grade.value, GRADE)
+        if self.speed_limit is not None:
+            checked("Track.speed_limit", self.speed_limit.value, POSITIVE)
         for name, limits in (("cleaning", CLEANING), ("recovered", FACTOR)):
             number = checked_number(f"Track.{name}", getattr(self, name), limits)
             object.__setattr__(self, name, number)
@@ -239,6 +248,7 @@ class Track:
         friction_over_time: Annotated[Values, FACTOR] = (),
         slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
         grade: Annotated[Values, GRADE] = (),
+        speed_limit: Annotated[Values, LIMIT] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
         recovered: Annotated[float, FACTOR] = 1.0,
         start: Annotated[float, Quantity("m", at_least=-1e9, at_most=1e9)] = 0.0,
@@ -275,7 +285,7 @@ class Track:
         ValueError
             If a value is out of range, a list lacks its places, or their lengths differ.
         """
-        given_lists = friction, friction_left, friction_right, slope, grade
+        given_lists = friction, friction_left, friction_right, slope, grade, speed_limit
         lists = dict(zip(LISTS, given_lists, strict=True))
         along = {key: values for key, values in lists.items() if values}
         survey = Survey(start, 1.0 if direction == "increasing" else -1.0, map)
@@ -283,8 +293,8 @@ class Track:
         if not together or bool(distance) != bool(along):
             given = [*(["distance"] if distance else []), *along]
             raise ValueError(
-                "distance must go with slope, grade, friction, or friction_left and "
-                f"friction_right; given are {' and '.join(given)}"
+                "distance must go with slope, grade, speed_limit, friction, or friction_left "
+                f"and friction_right; given are {' and '.join(given)}"
             )
         factors = {
             "friction_left" if key == "friction" else key: profile_of(
@@ -348,7 +358,8 @@ class Track:
             If one is not finite.
         """
         low, high = checked_number("low", low, FINITE), checked_number("high", high, FINITE)
-        along = self.friction_left, self.friction_right, self.slope, self.grade
+        rails = self.friction_left, self.friction_right, self.slope
+        along = *rails, self.grade, self.speed_limit
         varying = [profile for profile in along if profile and len(set(profile.value)) > 1]
         if not varying:
             return None

@@ -329,7 +329,7 @@ ADDED = [
     ("[axle]", r"axle\.stiffness is missing"),
     ("[vehicle_changes.contact]\nmemory = 1", r"contact\.memory = 1 "),
     ("[contact_relaxation]\nlength = 1", r"contact_relaxation is not a known"),
-    ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, grade, friction"),
+    ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, grade, speed_limit"),
     (
         "[track]\ndistance = [0.0]\nfriction_left = [1.0]",
         r"track\.distance must go with .*given are distance and friction_left",

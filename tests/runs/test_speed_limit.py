@@ -1,0 +1,68 @@
+"""Speed limits of a track: the driver demands no traction above them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from plain_scenario import plain_scenario
+
+import contactlib as cl
+from contactlib.runs import run_many, run_vehicle
+from contactlib.traction import Sensors
+from contactlib.vehicle import Track
+
+BODY = cl.load_model("locomotive.toml").wheelset
+LOWER = cl.Profile((30.0, 30.0), (11.2, 9.0))
+
+
+def test_traction_falls_to_zero_at_the_limit_and_braking_remains() -> None:
+    track = Track(speed_limit=LOWER)
+    case = plain_scenario(BODY, track=track, duration=6.0)
+    run = cl.run_scenario(case, "open_loop")
+    assert_array_equal(run["speed_limit"], LOWER(run["distance"]))
+    assert run["distance"][-1] > 30.0
+    sampled = slice(None, None, round(0.01 / run.time[1]))
+    share = np.clip(run["speed_limit"] - run["speed"], 0.0, 1.0)[sampled]
+    assert_allclose(run["demand"][sampled], 2e4 * share, atol=1e-9)
+    assert {0.0, 1.0} < set(share.tolist())
+    braked = replace(case, demand=cl.Profile.of(-1e4))
+    free = replace(braked, track=Track())
+    assert_array_equal(
+        cl.run_scenario(braked, "open_loop")["speed"], cl.run_scenario(free, "open_loop")["speed"]
+    )
+    plant = cl.Plant(case)
+    assert plant["speed_limit"] == 11.2
+    with pytest.raises(KeyError, match="not a signal"):
+        cl.Plant(free)["speed_limit"]
+
+
+def test_the_speed_stays_below_the_limit() -> None:
+    case = plain_scenario(BODY, track=Track(speed_limit=cl.Profile.of(10.5)), duration=20.0)
+    limited = cl.run_scenario(case, "open_loop")
+    free = cl.run_scenario(replace(case, track=Track()), "open_loop")
+    assert 10.0 < limited["speed"].max() < 10.5 < free["speed"].max()
+    assert "speed_limit" not in free.units
+
+
+def test_the_limit_of_a_vehicle_is_that_of_its_first_axle() -> None:
+    lists: dict[str, Any] = {"distance": (-8.0, -8.0), "speed_limit": (5.0, 30.0)}
+    track = Track.from_breakpoints(direction="decreasing", **lists)
+    assert track.speed_limit == cl.Profile((8.0, 8.0), (30.0, 5.0))
+    case = cl.load_scenario("four_axles.toml")
+    case = replace(case, track=track, sensors=Sensors(), duration=2.0)
+    run = run_vehicle(case, "open_loop")
+    first = track.speed_limit(run["distance"][:, 0])
+    assert_array_equal(run["speed_limit"], np.repeat(first[:, np.newaxis], 4, axis=1))
+    assert run["distance"][-1, 1] > 8.0
+    late = run["distance"][:, 0] > 8.2  # a sample later
+    assert not run["demand"][late].any()
+    runs = run_many([case, replace(case, track=Track())], "open_loop", ["final_speed"])
+    assert runs["final_speed"][0] == pytest.approx(run["speed"][-1, 0], rel=1e-9)
+    assert runs["final_speed"][1] > run["speed"][-1, 0] + 0.01
+    with pytest.raises(ValueError, match=r"Track.speed_limit.*0\.0 is out of range: must be .*> 0"):
+        Track(speed_limit=cl.Profile.of(0.0))
+    assert "never meets" in str(Track.from_breakpoints(start=5e4, **lists).doubt(0.0, 10.0))
