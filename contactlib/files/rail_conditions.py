@@ -7,7 +7,7 @@ rail: friction and its fall with slip speed in ``[friction]``, the initial slope
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Annotated, Any
@@ -261,7 +261,7 @@ class TrackConditions(Parameters):
     condition: tuple[str, ...] = ()
 
 
-def placeholder_lists(condition: tuple[str, ...], given: Mapping[str, Any]) -> dict[str, Any]:
+def placeholder_lists(condition: Sequence[str], given: Mapping[str, Any]) -> dict[str, Any]:
     """Lists of a track whose conditions are checked before its vehicle is known.
 
     Raises

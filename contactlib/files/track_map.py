@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from contactlib.files.rail_conditions import placeholder_lists
 from contactlib.files.reading import doubt, file_beside, in_file, text
 from contactlib.vehicle.track import FACTOR, LISTS, Track
 
-COLUMNS = ("distance", *LISTS)
+COLUMNS = ("distance", *LISTS, "condition")
 COEFFICIENT = 0.5  # of dry rails, at most
 MAX_MAP_BYTES = 10_000_000  # some 500 000 rows, which Python reads in a few seconds
 
@@ -36,12 +36,12 @@ def read_track_map(path: Path) -> dict[str, Any]:
     ----------
     path : Path
         A CSV file, written as for `TractionData.from_csv`. Its first line names the columns, which
-        are those lists of `Track.from_breakpoints` that are over distance.
+        are those lists of `Track.from_breakpoints` that are over distance, and `condition`.
 
     Returns
     -------
     dict
-        The lists by name [m, 1]; and that they are factors if a column of friction has a unit.
+        The lists by name [m, 1, m/s]; and that they are factors if a column of friction has a unit.
 
     Raises
     ------
@@ -66,10 +66,12 @@ def read_track_map(path: Path) -> dict[str, Any]:
             raise ValueError(f"line {line}: {names.count(name)} columns {name!r}")
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
-    table = csv_numbers(body, len(head), range(len(head)), head)
+    places = [i for i, name in enumerate(names) if name != "condition"]
+    table = csv_numbers(body, len(head), places, [head[i] for i in places])
     keys = {key: parameter.quantity for key, parameter in declared(Track.from_breakpoints).items()}
     values, known = dict[str, Any](), dict[str, str]()
-    for cell, name, column in zip(head, names, table.T, strict=True):
+    for i, column in zip(places, table.T, strict=True):
+        cell, name = head[i], names[i]
         limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
         factor = unit_value(unit, limits.unit) if unit else 1.0
         if factor is None:
@@ -92,6 +94,10 @@ def read_track_map(path: Path) -> dict[str, Any]:
                 f"line {body[i][0]}: distance = {at[i]!r} m must be {'>' if twice else '>='} "
                 f"{at[i - 1]!r} m, that of the line before, and each place at most twice"
             )
+    if "condition" in names:
+        conditions = [cells[names.index("condition")] for _, cells in body]
+        Track.from_breakpoints(**placeholder_lists(conditions, {**known, **values}))
+        return {**values, "condition": conditions}
     Track.from_breakpoints(**values)
     return {**known, **values}
 
@@ -111,7 +117,7 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**data, "track": {**columns, **track}}
 
 
-def track_of(condition: tuple[str, ...] = (), **given: Any) -> Track:
+def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
     """Track of a file's section; factors that look like friction coefficients are doubted."""
     given = placeholder_lists(condition, given) if condition else given
     track = Track.from_breakpoints(**given)

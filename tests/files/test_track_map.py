@@ -114,6 +114,16 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
             r"line 1: line 2 names the columns, so line 1 is a pre",
         ),
         ("distance,friction_left\n0,1\n", r"distance must go with slope, grade, .*given are"),
+        ("distance,grade [km/h]\n0,1\n", r"line 1: grade is in 'km/h', which is not a unit in 1"),
+        (
+            "distance,grade [permille]\n0,700\n",
+            r"line 2: grade \[permille\] = 700.0 is out of range",
+        ),
+        ("distance,speed_limit [km/h]\n0,0\n", r"line 2: speed_limit .* = 0.0 is out of range"),
+        ("distance,condition\n0,wett\n", r"condition = 'wett' is not known; did you mean 'wet'"),
+        ("distance,condition,slope\n0,wet,1\n", r"condition replaces slope: give either"),
+        ("condition\nwet\n", r"distance has 0 and condition 1 entries"),
+        ("distance,condition\n0,\n", r"condition = '' is not known"),
         ("distance,friction\n", r"line 1: no data"),
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
         ("", r"line 1: it must name the columns"),
@@ -232,3 +242,26 @@ def test_friction_coefficients_are_doubted_as_factors_and_taken_as_such(tmp_path
     wheelset = replace(case.drivetrain.wheelset, element=replace(element, friction=other))
     changed = replace(case, drivetrain=replace(case.drivetrain, wheelset=wheelset))
     assert changed.rails.lowest[0] == pytest.approx(0.15 / other.kinetic)
+
+
+def test_a_map_of_a_line_has_rails_grades_and_limits(tmp_path: Path) -> None:
+    """The lists of the scenario, in the units of the columns."""
+    lists = (
+        "distance = [0.0, 200.0, 200.0]\ncondition = ['dry', 'dry', 'wet']\n"
+        "grade = [0.0, 0.012, -0.005]\nspeed_limit = [20.0, 20.0, 10.0]"
+    )
+    with pytest.warns(cl.InputWarning, match="a track changes friction"):
+        expected = cl.load_scenario(scenario(tmp_path, lists)).rails
+    csv = (
+        "distance [km],grade [permille],speed_limit [km/h],condition\n"
+        "0,0,72,dry\n0.2,12,72,dry\n0.2,-5,36,wet\n"
+    )
+    with pytest.warns(cl.InputWarning, match="a track changes friction"):
+        found = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv)).rails
+    assert found == expected
+    assert found.grade == cl.Profile((0.0, 200.0, 200.0), (0.0, 0.012, -0.005))
+    assert found.speed_limit == cl.Profile((0.0, 200.0, 200.0), (20.0, 20.0, 10.0))
+    assert found.friction_left.value[2] < found.friction_left.value[1]
+    beside = 'map = "map.csv"\ncondition = ["dry"]'
+    with pytest.raises(cl.ModelError, match=r"track.map = 'map.csv' replaces condition"):
+        cl.load_scenario(scenario(tmp_path, beside, csv))
