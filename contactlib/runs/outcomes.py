@@ -123,6 +123,14 @@ def _totals(v: Vehicles) -> Callable[[Accumulator, Accumulator], FloatArray]:
     return lambda part, whole: _share(v.total(part.value()), v.total(whole.value()))
 
 
+def _overspeed(v: Vehicles) -> Accumulator:
+    excess = Extremes(lambda rows: np.abs(v.first(rows["speed"])) - v.first(rows["speed_limit"]))
+    return Together(
+        lambda found: np.where(found.value() == -np.inf, np.nan, np.maximum(found.value(), 0.0)),
+        excess,
+    )
+
+
 def _utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
         _totals(vehicles),
@@ -278,6 +286,13 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "distance from the first demand of braking to standstill",
             Stop,
             missing="does not stop",
+        ),
+        "overspeed": Outcome(
+            "m/s",
+            "largest excess of the vehicle's speed over the limit of the track",
+            _overspeed,
+            missing="no limit",
+            zero="the limit is kept",
         ),
         "locked_time": Outcome(
             "s",

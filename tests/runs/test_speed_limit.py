@@ -60,9 +60,12 @@ def test_the_limit_of_a_vehicle_is_that_of_its_first_axle() -> None:
     assert run["distance"][-1, 1] > 8.0
     late = run["distance"][:, 0] > 8.2  # a sample later
     assert not run["demand"][late].any()
-    runs = run_many([case, replace(case, track=Track())], "open_loop", ["final_speed"])
+    runs = run_many([case, replace(case, track=Track())], "open_loop", ["final_speed", "overspeed"])
     assert runs["final_speed"][0] == pytest.approx(run["speed"][-1, 0], rel=1e-9)
     assert runs["final_speed"][1] > run["speed"][-1, 0] + 0.01
+    excess = (run["speed"][:, 0] - first).max()
+    assert_allclose(runs["overspeed"], [excess, np.nan], rtol=1e-3)  # at longer steps
+    assert excess > 4.0
     with pytest.raises(ValueError, match=r"Track.speed_limit.*0\.0 is out of range: must be .*> 0"):
         Track(speed_limit=cl.Profile.of(0.0))
     assert "never meets" in str(Track.from_breakpoints(start=5e4, **lists).doubt(0.0, 10.0))
