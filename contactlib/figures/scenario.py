@@ -238,7 +238,7 @@ def _energy(work: float) -> str:
 
 def by_branch(axes: Axes, run: _Drawn, values: FloatArray) -> None:
     """Draw a signal of a run; where it vibrates, its envelope over windows of time."""
-    rises = run.result["falling_branch"] == 0.0
+    rises = (run.result["falling_branch"] == 0.0) | np.isnan(run.creepage)  # or stands
     edges = _windows(run)
     vibrates = _vibrates(values, edges)
     shown = values.copy()

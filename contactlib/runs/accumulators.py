@@ -151,6 +151,11 @@ class DerivedRows:
         return np.asarray(np.where((demand < 0.0) & (stopped > 0.0), demand * moving, demand))
 
     @cached_property
+    def brake_demand(self) -> FloatArray:
+        """Torque that a brake follows, also one that holds a standing vehicle [N.m]."""
+        return np.maximum(-self._rows["demand"], 0.0)
+
+    @cached_property
     def braking(self) -> FloatArray:
         """1 where the demand is against the motion, else 0, shape (rows, n)."""
         return np.where(self["demand"] * self["speed"] < 0.0, 1.0, 0.0)

@@ -64,6 +64,7 @@ class Source(Protocol):
 
     fleet: kernel.NativeFleet
     radius: FloatArray
+    axles: int  # of each vehicle
 
     @property
     def available(self) -> AvailableForce | None:
@@ -138,7 +139,12 @@ class Block:
         return self._source.radius * self["omega"] - self["speed"]
 
     def _acceleration(self) -> FloatArray:
-        return np.asarray(self._outputs["speed_rate"])
+        own = np.asarray(self._outputs["speed_rate"])
+        axles = self._source.axles
+        if axles == 1:
+            return own
+        shared = own.reshape(len(own), -1, axles).mean(axis=-1)  # each has the same mass
+        return np.asarray(np.repeat(shared, axles, axis=1))
 
     def _measured_speed(self) -> FloatArray:
         measured: Any = self._source.measured_speed
@@ -196,6 +202,7 @@ class SingleWheelset:
 
     fleet: kernel.NativeFleet
     radius: FloatArray
+    axles: int = 1
     available: None = None
     measured_speed: None = None
 

@@ -210,7 +210,7 @@ def _air_used(v: Vehicles) -> Accumulator:
     def share(falls: Falls, demand: Extremes) -> FloatArray:
         return _share(v.total(falls.value()), v.total(demand.value()))
 
-    largest = Extremes(lambda rows: np.abs(rows["demand"]) * rows.braking)
+    largest = Extremes(lambda rows: rows.brake_demand)
     return Together(share, Falls(_signal("brake_torque")), largest)
 
 

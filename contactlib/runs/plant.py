@@ -667,7 +667,7 @@ class Plant:
 
 
 STICKING = 0.99  # part of the way that pads give, below which they do not slide
-CREEPING = 1e-9  # speed above which a held vehicle is said to creep [m/s]
+CREEPING = 1e-9  # speed above which a held vehicle creeps [m/s]
 
 
 class Runs(Plant):

@@ -25,7 +25,7 @@ from contactlib.traction import Measurement
 
 LEARNING = ROOT / "docs" / "explanation" / "learning.md"
 INPUTS = {
-    2: "bfdc840780175f2b4f0c05ea055364d1e177fd93a4419972f023bce34ce2d9cc"
+    2: "12569604130e8f79485eeea7bf521a2f23109c0914534c18f166d2b749fbf703"
 }  # digest of what a version runs
 
 

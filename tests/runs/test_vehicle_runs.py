@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.integrate import solve_ivp
+from scipy.integrate import cumulative_simpson, solve_ivp
 
 import contactlib as cl
 from contactlib import kernel
@@ -191,3 +191,23 @@ def test_refused(what: str) -> None:
     call, message = REFUSED[what]
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_acceleration_is_that_of_the_vehicle() -> None:
+    """Not that of an axle's own force: the speed is the integral, also while one axle slips."""
+    fine = run_vehicle(replace(shipped(), duration=5.0), "open_loop", step=1e-3)
+    for acceleration, speed in zip(fine["acceleration"].T, fine["speed"].T, strict=True):
+        gained = cumulative_simpson(acceleration, x=fine.time, initial=0.0)
+        assert_allclose(speed - speed[0], gained, atol=5e-5)
+
+
+def test_a_held_vehicle_starts_without_rolling_back() -> None:
+    """Further than pads and contacts give; the air of one application is used."""
+    start = cl.load_scenario("start_on_grade.toml")
+    run = run_vehicle(replace(start, duration=12.0), "open_loop")
+    assert -3e-4 < run["distance"][:, 0].min() < -1e-4
+    assert run["speed"][-1, 0] > 1.0
+    assert vehicle_metrics(run, start.drivetrain).air_used == pytest.approx(1.0, abs=1e-3)
+    weight = 9.80665 * 0.02 * start.vehicle.mass if start.vehicle else 0.0
+    at = np.searchsorted(run.time, 1.9)
+    assert run.total("creep_force")[at] == pytest.approx(weight, rel=1e-4)
