@@ -196,10 +196,13 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
     setting = [contact, parameters, {**drivetrain, **body}, GIVEN, state, patch]
     steps = page.call(ADVANCE, *setting, torques.tolist())
 
-    always, rail = ((0.0,), (1.0,)), ((1.0, 1.0, 1.4, 1.4), (1.0, 0.5, 0.5, 1.0))
-    member = kernel.NativeMember(
-        native_table(contact), parameters, drivetrain, body, (rail, rail, always, always)
+    level, always, rail = (
+        ((0.0,), (0.0,)),
+        ((0.0,), (1.0,)),
+        ((1.0, 1.0, 1.4, 1.4), (1.0, 0.5, 0.5, 1.0)),
     )
+    track = rail, rail, always, always, level
+    member = kernel.NativeMember(native_table(contact), parameters, drivetrain, body, track)
     fleet = kernel.NativeFleet([member])
     inputs = np.zeros(1, kernel.drivetrain_dtype("input"))
     states = np.zeros(1, kernel.drivetrain_dtype("state"))

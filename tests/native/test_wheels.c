@@ -72,6 +72,11 @@ static void test_steps(const fmi *v) {
     FINE(get(v, c, "creep_force", force));
     for (int i = 0; i < WHEELS; i++) CHECK(force[i] == before[i]);
     FINE(v->forget(c, &saved));
+    double across[WHEELS] = {0.02, 0.01, 0.03};
+    FINE(set(v, c, "lateral_velocity", across));
+    FINE(v->step(c, 0.02, 1e-3));
+    FINE(get(v, c, "lateral_force", force));
+    for (int i = 0; i < WHEELS; i++) CHECK(force[i] < 0.0);
     load[2] = 1e13;
     REFUSED("normal_load[3] = 1e+13", set(v, c, "normal_load", load));
     load[2] = 8e4;
