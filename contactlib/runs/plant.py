@@ -727,7 +727,7 @@ class Runs(Plant):
         vehicles = held.reshape(-1, self.axles).any(axis=1)
         return [
             f"at the end the brake holds the wheels and the vehicle creeps at {value:.2g} m/s, as "
-            "its contacts have no memory: with wheelset.memory = true they stick"
+            "its contacts have no memory; add memory = true to [contact]"
             for value in speed[:: self.axles][vehicles].tolist()
         ]
 
