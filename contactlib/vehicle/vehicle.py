@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import (
-    FINITE,
-    POSITIVE,
     FloatArray,
+    Limits,
     Parameters,
     Quantity,
     checked,
@@ -24,6 +23,8 @@ from contactlib.vehicle.track import Values
 MASS = Quantity("kg", at_least=0.0, at_most=1e8, usual=(0.0, 3e6))
 BODY_MASS = Quantity("kg", above=0.0, at_most=1e8, usual=(1e3, 3e5))
 HEIGHT = Quantity("m", at_least=0.0, at_most=10.0, usual=(0.0, 3.0))
+ALLOWED = Limits(at_least=-1e12, at_most=1e12)  # forces and accelerations, in SI units
+ROLLING = Limits(at_least=1e-6, at_most=1e3)  # radius [m]
 MAX_AXLES = 8  # as in fmu/kernel/drivetrain.h, which has a lane for each
 NUMBER = Quantity("1", whole=True, at_least=1, at_most=8)
 
@@ -182,10 +183,10 @@ class Vehicle(Parameters):
         Raises
         ------
         ValueError
-            If a value is not finite or there is not a force for each axle.
+            If a value is out of range or there is not a force for each axle.
         """
-        force = checked("creep_force", creep_force, FINITE)
-        a = checked("acceleration", acceleration, FINITE)
+        force = checked("creep_force", creep_force, ALLOWED)
+        a = checked("acceleration", acceleration, ALLOWED)
         if force.shape[-1:] != (self.axles,):
             raise ValueError(
                 f"creep_force has the shape {force.shape}: its last axis must have {self.axles} "
@@ -194,7 +195,7 @@ class Vehicle(Parameters):
         static, by_force, by_acceleration, by_turning = self.statics(radius)
         turning = a[..., np.newaxis] / radius * np.ones(self.axles)
         if omega_rate is not None:
-            turning = checked("omega_rate", omega_rate, FINITE)
+            turning = checked("omega_rate", omega_rate, ALLOWED)
         load = static + force @ by_force.T + a[..., np.newaxis] * by_acceleration
         load = load + turning @ by_turning.T
         return np.asarray(np.maximum(load, 0.0))
@@ -204,7 +205,7 @@ class Vehicle(Parameters):
 
         Shapes (n,), (n, n), (n,) and (n, n) in N, N/N, kg and kg.m; of wheels of a radius [m].
         """
-        radius = checked_number("radius", radius, POSITIVE)
+        radius = checked_number("radius", radius, ROLLING)
         places, pivots = self._places
         bogies, axles = places.shape
         wheelsets = axles * self.wheelset_mass
