@@ -195,9 +195,15 @@ def _limits(runs: Sequence[_Drawn], over: str) -> tuple[float, float]:
     return max(first, start - margin), min(last, end + margin)
 
 
+def _moves(result: Result) -> NDArray[np.bool_]:
+    """Whether the vehicle moves or its wheels turn, in each row."""
+    fastest = np.abs(np.stack([result["speed"], _rim_and_top(result)[0]])).max(axis=0)
+    return np.asarray(fastest > STOPPED)
+
+
 def _eventful(result: Result) -> tuple[float, float]:
     """Times between which a vehicle moves, or a line of its figure does; all if it never does."""
-    moves = np.abs(np.stack([result["speed"], _rim_and_top(result)[0]])).max(axis=0) > STOPPED
+    moves = _moves(result)
     lines = np.stack([result[name] for name in ("speed", "creep_force", "drive_torque")])
     small = EVENTFUL * np.ptp(lines, axis=1)[:, np.newaxis]
     head, tail = (
@@ -238,7 +244,7 @@ def _energy(work: float) -> str:
 
 def by_branch(axes: Axes, run: _Drawn, values: FloatArray) -> None:
     """Draw a signal of a run; where it vibrates, its envelope over windows of time."""
-    rises = (run.result["falling_branch"] == 0.0) | np.isnan(run.creepage)  # or stands
+    rises = (run.result["falling_branch"] == 0.0) | ~_moves(run.result)
     edges = _windows(run)
     vibrates = _vibrates(values, edges)
     shown = values.copy()
