@@ -459,35 +459,32 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
     return NAN;
 }
 
-/* Largest force of a curve; returns the number of its turns, which is 2 with a single maximum. */
-static size_t peak_of(const curve *c, double *force, double *creepage) {
-    creep_point turns[MAX_TURNS];
-    size_t count = turns_of(c, 1.0, MAX_TURNS, turns);
-    *force = 0.0;
+/* Largest force at some of the turns: all, or every other one and the last. */
+static double largest_force(const creep_point *turns, size_t count, size_t each, double *creepage) {
+    double force = 0.0;
     *creepage = NAN;
     for (size_t k = 0; k < count && k < MAX_TURNS; k++)
-        if (turns[k].force > *force) {
-            *force = turns[k].force;
+        if ((k % each == 0 || k + 1 == count) && turns[k].force > force) {
+            force = turns[k].force;
             *creepage = k + 1 < count ? turns[k].creepage : INFINITY;
         }
-    return count;
+    return force;
 }
 
 double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
                         const creep_conditions *at, double *creepage) {
+    creep_point turns[MAX_TURNS];
     curve c = curve_of(table, contact, NULL, at);
-    double force;
-    peak_of(&c, &force, creepage);
-    return force;
+    return largest_force(turns, turns_of(&c, 1.0, MAX_TURNS, turns), 1, creepage);
 }
 
-/* Find the only maximum of a curve, with the bits of the whole search, if it lies between the same
- * creepages of the search as a guess, or beside. */
-static int peak_near(const curve *c, double guess, double *force, double *creepage) {
+/* Find a maximum of a curve, with the bits of the whole search, if it lies between the same
+ * creepages of the search as before on a similar curve, or beside. */
+static int maximum_near(const curve *c, creep_point *turn) {
     int n;
     double ratio = ratio_of_intervals(c, &n), before = 0.0, low = c->first;
-    for (int i = 1; i < n && low * ratio <= guess; i++) before = low, low *= ratio;
-    creep_point a = point_at(c, low), b = point_at(c, low * ratio), turn;
+    for (int i = 1; i < n && low * ratio <= turn->creepage; i++) before = low, low *= ratio;
+    creep_point a = point_at(c, low), b = point_at(c, low * ratio);
     if (a.slope < 0.0 && before > 0.0) {
         b = a;
         a = point_at(c, before);
@@ -496,11 +493,19 @@ static int peak_near(const curve *c, double guess, double *force, double *creepa
         b = point_at(c, low * ratio * ratio);
     }
     if (!(a.slope > 0.0 && b.slope < 0.0 && b.creepage < c->last)) return 0;
-    search s = {.c = c, .level = NAN, .room = 1, .points = &turn};
+    search s = {.c = c, .level = NAN, .room = 1, .points = turn};
     refine(&s, a, b, HALVINGS);
-    if (s.count != 1) return 0;
-    *force = turn.force;
-    *creepage = turn.creepage;
+    return s.count == 1;
+}
+
+/* The same of all maxima, which alternate with minima, and of the end of the search. */
+static int maxima_near(const curve *c, creep_point *turns, size_t count) {
+    int n;
+    double ratio = ratio_of_intervals(c, &n), last = c->first;
+    for (size_t k = 0; k + 1 < count; k += 2)
+        if (!maximum_near(c, &turns[k])) return 0;
+    for (int i = 0; i < n; i++) last *= ratio;
+    turns[count - 1] = point_at(c, last);
     return 1;
 }
 
@@ -527,7 +532,8 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
 
 void drivetrain_peak_many(const drivetrain_member *members, const size_t *which, size_t n,
                           const drivetrain_input *input, const double *speed, double *force) {
-    double creepage = NAN; /* of the last peak, if it was its curve's only one */
+    creep_point turns[MAX_TURNS]; /* of the last curve */
+    size_t count = 0;
     for (size_t i = 0; i < n; i++) {
         const drivetrain_member *m = &members[which[i]];
         int alike = i % SEARCHED != 0 && which[i] == which[i - 1];
@@ -535,7 +541,12 @@ void drivetrain_peak_many(const drivetrain_member *members, const size_t *which,
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);
         curve c = curve_of(m->table, &contact, NULL, &at);
-        if (alike && isfinite(creepage) && peak_near(&c, creepage, &force[i], &creepage)) continue;
-        if (peak_of(&c, &force[i], &creepage) != 2) creepage = NAN;
+        double creepage;
+        if (alike && count > 1 && count <= MAX_TURNS && maxima_near(&c, turns, count)) {
+            force[i] = largest_force(turns, count, 2, &creepage);
+        } else {
+            count = turns_of(&c, 1.0, MAX_TURNS, turns);
+            force[i] = largest_force(turns, count, 1, &creepage);
+        }
     }
 }
