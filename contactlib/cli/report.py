@@ -92,6 +92,8 @@ def write_report(
     for line in outlook(scenario):
         reporter.line(line)
     results: dict[str, Any] = {}
+    all_metrics: dict[str, Any] = {}
+    by_axle: dict[str, dict[str, Metrics]] = {}
     for name in names:
         with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
             run = run_scenario if scenario.vehicle is None else run_vehicle
@@ -101,11 +103,15 @@ def write_report(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
-    measured: Any = metrics if scenario.vehicle is None else vehicle_metrics
-    all_metrics = {name: measured(result, drivetrain) for name, result in results.items()}
-    by_axle: dict[str, dict[str, Metrics]] = {}
-    if scenario.vehicle is not None:
-        by_axle = {name: _by_axle(result, drivetrain) for name, result in results.items()}
+        if scenario.vehicle is None:
+            all_metrics[name] = metrics(results[name], drivetrain)
+            continue
+        by_axle[name] = _by_axle(results[name], drivetrain)
+        all_metrics[name] = vehicle_metrics(results[name], drivetrain)
+        if not math.isnan(all_metrics[name].stopping_distance):
+            with reporter.step(f"{scenario.name}: the same on even rails") as progress:
+                even = run_vehicle(scenario.on_even_rails, name, progress=progress)
+            all_metrics[name] = vehicle_metrics(results[name], drivetrain, even=even)
     reporter.line(comparison_table(all_metrics))
     for name, axles in by_axle.items():
         reporter.line(f"\nAxles under {name}:")

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -53,6 +53,8 @@ class Outcome:
     analyse : callable or None
         Computes the number from a `contactlib.runs.analysis.Analysis`; None if controllers have
         to run for it.
+    extends : str
+        Outcome of which this is the value / that of the same run on even rails - 1; else empty.
     percent : bool
         Whether values are shown in per cent.
     infinite, missing : str
@@ -69,6 +71,7 @@ class Outcome:
     description: str
     observe: Callable[[Vehicles], Accumulator] | None = None
     analyse: Callable[[Any], float] | None = None
+    extends: str = ""
     percent: bool = False
     infinite: str = "infinite"
     missing: str = "no value"
@@ -100,6 +103,11 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
     return observers
 
 
+def extended(names: Iterable[str]) -> dict[str, str]:
+    """Outcomes that are extensions among some, and what each extends."""
+    return {name: OUTCOMES[name].extends for name in names if OUTCOMES[name].extends}
+
+
 def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
     return lambda rows: rows[name]
 
@@ -129,6 +137,15 @@ def _overspeed(v: Vehicles) -> Accumulator:
         lambda found: np.where(found.value() == -np.inf, np.nan, np.maximum(found.value(), 0.0)),
         excess,
     )
+
+
+def _speed_error(v: Vehicles) -> Accumulator:
+    def error(rows: DerivedRows) -> FloatArray:
+        if v.axles == 1:
+            return np.full(rows["speed"].shape, np.nan)
+        return np.abs(v.first(rows["measured_speed"] - rows["speed"]))
+
+    return Extremes(error)
 
 
 def _utilisation(vehicles: Vehicles) -> Accumulator:
@@ -287,6 +304,20 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             Stop,
             missing="does not stop",
         ),
+        "stopping_extension": Outcome(
+            "1",
+            "stopping distance / that of the same run on the friction of the vehicle's file - 1",
+            Stop,
+            extends="stopping_distance",
+            percent=True,
+            missing="does not stop",
+        ),
+        "speed_error": Outcome(
+            "m/s",
+            "largest error of the vehicle speed that the controllers get",
+            _speed_error,
+            missing="single wheelset",
+        ),
         "overspeed": Outcome(
             "m/s",
             "largest excess of the vehicle's speed over the limit of the track",
@@ -392,6 +423,10 @@ class VehicleMetrics(NamedTuple):
     stopping_distance : float
         Distance from the first demand against the motion until the speed is below 0.1 m/s [m]; nan
         if the vehicle does not stop.
+    stopping_extension : float
+        Stopping distance / that of the run on even rails - 1 [1]; nan without either.
+    speed_error : float
+        Largest error of the vehicle speed that the controllers get [m/s].
     locked_time : float
         Longest time for which a wheel's rim is slower than a twentieth of the vehicle's speed while
         that exceeds 5 km/h [s].
@@ -412,6 +447,8 @@ class VehicleMetrics(NamedTuple):
     distance: float
     energy_defect: float
     stopping_distance: float
+    stopping_extension: float
+    speed_error: float
     locked_time: float
     air_used: float
 
@@ -432,7 +469,9 @@ class SideBySide:
         return self._result[name]
 
 
-def vehicle_metrics(result: VehicleResult, drivetrain: Drivetrain) -> VehicleMetrics:
+def vehicle_metrics(
+    result: VehicleResult, drivetrain: Drivetrain, *, even: VehicleResult | None = None
+) -> VehicleMetrics:
     """Metrics of a run of a vehicle; `metrics` gives those of one of its axles.
 
     Parameters
@@ -441,10 +480,16 @@ def vehicle_metrics(result: VehicleResult, drivetrain: Drivetrain) -> VehicleMet
         Result of `run_vehicle`.
     drivetrain : Drivetrain
         The scenario's drivetrain, which is that of each axle.
+    even : VehicleResult, optional
+        Run of `scenario.on_even_rails`, of which a stop is the extension.
     """
     axles = len(result.axles)
     vehicles = Vehicles.of([drivetrain] * axles, axles)
-    return VehicleMetrics(**_numbers(SideBySide(result), VehicleMetrics._fields, vehicles))
+    found = _numbers(SideBySide(result), VehicleMetrics._fields, vehicles)
+    for name, of in extended(found).items():
+        least = _numbers(SideBySide(even), [of], vehicles)[of] if even else math.nan
+        found[name] = found[name] / least - 1.0
+    return VehicleMetrics(**found)
 
 
 def _numbers(rows: Rows, names: Sequence[str], vehicles: Vehicles) -> dict[str, float]:

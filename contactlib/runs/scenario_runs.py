@@ -24,7 +24,7 @@ from contactlib.files.scenario import Scenario
 from contactlib.runs.accumulators import DerivedRows, Vehicles
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.derived_columns import UNITS, Block
-from contactlib.runs.outcomes import OUTCOMES, accumulators
+from contactlib.runs.outcomes import OUTCOMES, accumulators, extended
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
@@ -372,7 +372,8 @@ def run_many(
     controls = [_chosen(scenario, controller) for scenario in scenarios]
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * sum(_axles(scenarios[i]) for i in places) for when, places in groups)
-    done = 0
+    done, extensions = 0, extended(outcomes)
+    work *= 2 if extensions else 1  # the runs on even rails take as long
     doubts: list[str] = []
 
     def report(rows: int) -> None:
@@ -403,6 +404,18 @@ def run_many(
             for name, metric in metrics.items() if not failed[i] else ():
                 columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
+    if extensions:
+        even = run_many(
+            [scenario.on_even_rails for scenario in scenarios],
+            controller,
+            list(extensions.values()),
+            index=index,
+            step=step,
+            tolerance=tolerance,
+            progress=lambda part: progress(0.5 + 0.5 * part),
+        )
+        for name, of in extensions.items():
+            columns[name] = columns[name] / even[of] - 1.0
     if doubts:
         others = f" (and so {len(doubts) - 1} other runs)" if len(doubts) > 1 else ""
         warn(f"{doubts[0]}{others}")

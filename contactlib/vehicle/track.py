@@ -316,6 +316,11 @@ class Track:
             factors["friction_over_time"] = profile_of(**over_time)
         return cls(**factors, cleaning=cleaning, recovered=recovered, unit=unit, survey=survey)
 
+    @property
+    def even(self) -> Track:
+        """The track with its grades and speed limits, on the friction of the vehicle's file."""
+        return Track(grade=self.grade, speed_limit=self.speed_limit, survey=self.survey)
+
     def in_factors(self, kinetic: float) -> Track:
         """The track in factors, for a vehicle of a kinetic friction coefficient [1]."""
         kinetic = checked_number("kinetic", kinetic, POSITIVE)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib.runs import VehicleResult
+from contactlib.runs import VehicleResult, run_vehicle, vehicle_metrics
 
 WITHIN = 0.05  # of the speed: limit of the estimate's error
 
@@ -71,3 +71,34 @@ def test_locked_wheels_do_not_stop_where_protected_ones_do() -> None:
     assert wsp["stopping_distance"] < 1500.0 < locked["distance"]
     assert np.isnan(locked["stopping_distance"])
     assert locked["locked_time"] > 50.0
+
+
+def test_a_stop_is_longer_than_on_even_rails() -> None:
+    """On a rising grade with the friction of a map: the even rails keep the grade, as run apart."""
+    rails = cl.Track.from_breakpoints(distance=(0.0,), friction=(0.07,), unit="coefficient")
+    track = replace(rails, grade=cl.Profile.of(0.004), cleaning=1e-5, recovered=2.0)
+    bad = replace(coach(9.0), initial_speed=4.0, track=track)
+    even = replace(bad, track=cl.Track(grade=track.grade))
+    names = ["stopping_distance", "stopping_extension", "speed_error"]
+    found = cl.run_many([bad, even], "wsp", names, index=[3, 3], step=0.005, tolerance=1e-6)
+    stop, least = found["stopping_distance"]
+    assert 1.1 * least < stop
+    assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
+    run = run_vehicle(bad, "wsp", index=3)
+    own = vehicle_metrics(run, bad.drivetrain, even=run_vehicle(even, "wsp", index=3))
+    assert own.stopping_extension == pytest.approx(stop / least - 1.0, rel=1e-6)
+    error = np.abs(run["measured_speed"] - run["speed"]).max()
+    assert own.speed_error == error == pytest.approx(found["speed_error"][0], rel=1e-6)
+    assert np.isnan(vehicle_metrics(run, bad.drivetrain).stopping_extension)
+
+
+def test_a_wheelset_stops_later_on_wet_rails() -> None:
+    """Its speed sensor's readings are not kept."""
+    track = cl.Track(friction_left=cl.Profile.of(0.4))
+    wet = replace(cl.load_scenario("braking.toml"), initial_speed=2.0, duration=15.0, track=track)
+    names = ["stopping_distance", "stopping_extension", "speed_error"]
+    found = cl.run_many([wet, replace(wet, track=cl.Track())], "threshold", names)
+    stop, least = found["stopping_distance"]
+    assert stop > least
+    assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
+    assert np.isnan(found["speed_error"]).all()
