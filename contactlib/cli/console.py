@@ -177,7 +177,7 @@ def _interruptible() -> Iterator[None]:
     ours = {signal.SIGINT: (leave, signal.default_int_handler), signal.SIGTERM: (signal.SIG_DFL,)}
     # A handler that the caller has set stays.
     before = {n: h for n, known in ours.items() if (h := signal.getsignal(n)) in known}
-    unraisable = sys.unraisablehook
+    unraisable, uncaught = sys.unraisablehook, sys.excepthook
 
     def interrupt(number: int, _frame: object) -> NoReturn:
         received.append(number)
@@ -189,7 +189,11 @@ def _interruptible() -> Iterator[None]:
         else:  # it came in a callback, which can only report it
             threading.Timer(0.01, _thread.interrupt_main).start()
 
-    sys.unraisablehook = again
+    def show(kind: type[BaseException], *rest: Any) -> None:
+        if kind is not KeyboardInterrupt:  # some callbacks print it before they report it
+            uncaught(kind, *rest)
+
+    sys.unraisablehook, sys.excepthook = again, show
     for number in before:
         signal.signal(number, interrupt)
     try:
@@ -200,7 +204,7 @@ def _interruptible() -> Iterator[None]:
         complain("contactlib: interrupted")
         raise click.exceptions.Exit(INTERRUPTED + received[0]) from None
     finally:
-        sys.unraisablehook = unraisable
+        sys.unraisablehook, sys.excepthook = unraisable, uncaught
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -153,7 +153,7 @@ class DerivedRows:
     @cached_property
     def brake_demand(self) -> FloatArray:
         """Torque that a brake follows, also one that holds a standing vehicle [N.m]."""
-        return np.maximum(-self._rows["demand"], 0.0)
+        return np.where(self.vehicles.stopped > 0.0, np.maximum(-self._rows["demand"], 0.0), 0.0)
 
     @cached_property
     def braking(self) -> FloatArray:

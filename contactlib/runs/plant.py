@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contactlib import kernel
 from contactlib.base.elementwise import Numbers, maximum, minimum, where
@@ -196,6 +196,14 @@ class Brakes:
         delayed = self._sent[(self._samples - self._late) % size, self._places]
         self._samples += 1
         return np.asarray(delayed)
+
+
+def _both_sides(records: NDArray[np.void], name: str) -> FloatArray:
+    """View of a field of the left wheel and that of the right one, which follows it."""
+    names = records.dtype.names or ()
+    left = names.index(f"{name}_left")
+    numbers = records.view(np.float64).reshape(*records.shape, len(names))
+    return numbers[..., left : left + 2]
 
 
 def _numbers(values: FloatArray) -> Numbers:
@@ -430,10 +438,20 @@ class Plant:
         self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
         self._forces = np.zeros(len(self.trains), kernel.drivetrain_dtype("output"))
         self._find_forces = self.fleet.evaluating(self._inputs, self._states, self._forces)
+        records = {"cleaned": self._inputs, "omega": self._states, "creep_force": self._forces}
+        self._pairs = {name: _both_sides(array, name) for name, array in records.items()}
 
     def __getstate__(self) -> dict[str, Any]:
         """State for copies and pickles, without what belongs to the kernel."""
-        left_out = ("fleet", "available", "_commanded", "_step_on", "_forces", "_find_forces")
+        left_out = (
+            "fleet",
+            "available",
+            "_commanded",
+            "_step_on",
+            "_forces",
+            "_find_forces",
+            "_pairs",
+        )
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -558,7 +576,7 @@ class Plant:
         self._drives = Drives(motors, self.radius, sample_time, braked)
         self._inputs["commanded_brake"] = 0.0
         self._brakes: Brakes | None = None
-        self._cleaned = dict.fromkeys(("left", "right"), np.zeros(n))
+        self._cleaned = np.zeros((n, 2))
         self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
@@ -628,8 +646,7 @@ class Plant:
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
         if self._cleaning.any():
-            for side, share in self._cleaned.items():
-                self._inputs[f"cleaned_{side}"][place] = share
+            self._pairs["cleaned"][place] = self._cleaned
         self._step_on(place, self._timing.step * row, step, self._tolerance)
         if step > 0.0:
             self._after_step(place)
@@ -642,17 +659,15 @@ class Plant:
 
     def _cleaning_work(self) -> FloatArray:
         """Slip work per length on either rail, shape (n, 2) [J/m]."""
-        speed, works = self._states["speed"], np.empty((len(self.trains), 2))
-        per_length = 1.0 / np.maximum(np.abs(speed), self._slowest)
-        for i, side in enumerate(self._cleaned):
-            slip = self.radius * self._states[f"omega_{side}"] - speed
-            works[:, i] = self._forces[f"creep_force_{side}"] * slip * per_length
-        return np.maximum(works, 0.0, out=works)
+        speed = self._states["speed"][:, np.newaxis]
+        slip = self.radius[:, np.newaxis] * self._pairs["omega"] - speed
+        slip *= self._pairs["creep_force"]
+        slip /= np.maximum(np.abs(speed), self._slowest[:, np.newaxis])
+        return np.maximum(slip, 0.0, out=slip)
 
     def _clean_by(self, work: FloatArray) -> None:
         """Set how far rails are clean after slip work per length, shape (n, 2) [J/m]."""
-        clean = -np.expm1(-self._cleaning[:, np.newaxis] * work)
-        self._cleaned = dict(zip(self._cleaned, clean.T, strict=True))
+        self._cleaned = -np.expm1(-self._cleaning[:, np.newaxis] * work)
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""

@@ -133,13 +133,11 @@ class VehicleRuns(Runs):
         """Find the first state under the loads of its own forces."""
         self.measured_speed = np.zeros(self._inputs.shape)
         self._measured_speed = self.measured_speed[0]
-        grades = [train.wheelset.resistance.grade for train in self.trains]
-        self._grades = np.array(grades)
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
         steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
-        self._static, self._by_given = self._statics()
-        self._load = self._target = self._before = 0.5 * self._static.ravel()
+        self._at_rest, self._by_given = self._statics()
+        self._load = self._target = self._before = self._at_rest.ravel()
         for _ in range(SETTLING):
             super()._begin(index)
             self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
@@ -149,10 +147,18 @@ class VehicleRuns(Runs):
         cleaning = next((track for track in self.tracks if track.cleaning > 0.0), self.tracks[0])
         self._rails = RailState(cleaning, distance)  # for its works, which no friction enters
 
-    def _statics(self) -> tuple[FloatArray, FloatArray]:
-        """Loads at rest [N], and their derivatives by what `_half_loads` takes of the axles.
+    def _connect(self) -> None:
+        super()._connect()
+        forces, by_axle = self._forces, (-1, self.axles)
+        self._given = np.empty((self._forces.size // self.axles, 5, self.axles))
+        names = "drive_torque", "creep_force_left", "creep_force_right", "speed_rate"
+        self._found = [forces[name].reshape(by_axle) for name in names]
+        self._turns = [self._states[f"omega_{side}"].reshape(by_axle) for side in ("left", "right")]
 
-        Shapes (vehicles, axles) and (vehicles, axles, 4 axles).
+    def _statics(self) -> tuple[FloatArray, FloatArray]:
+        """Half of the loads at rest [N], and its derivatives by what `_half_loads` takes.
+
+        Shapes (vehicles, axles) and (vehicles, axles, 5 axles).
         """
         static, derivatives = [], []
         for vehicle, train in zip(self._vehicles, self.trains[:: self.axles], strict=True):
@@ -160,9 +166,11 @@ class VehicleRuns(Runs):
             at_rest, by_force, by_acceleration, by_turning = vehicle.statics(body.radius)
             by_torque = by_turning / body.inertia  # d omega/dt = (T - r Q - damping omega)/I
             mean = np.repeat(by_acceleration[:, np.newaxis] / self.axles, self.axles, axis=1)
-            parts = by_force - body.radius * by_torque, by_torque, -body.damping * by_torque, mean
-            static.append(at_rest)
-            derivatives.append(np.hstack(parts))
+            by_grade = STANDARD_GRAVITY * mean
+            by_omegas = -0.5 * body.damping * by_torque  # their mean counts
+            parts = by_torque, by_force - body.radius * by_torque, by_omegas, mean, by_grade
+            static.append(0.5 * (at_rest + by_grade.sum(axis=1) * body.resistance.grade))
+            derivatives.append(0.5 * np.hstack(parts))
         return np.stack(static), np.stack(derivatives)
 
     def _behind(self) -> FloatArray:
@@ -171,19 +179,15 @@ class VehicleRuns(Runs):
 
     def _half_loads(self, place: int) -> FloatArray:
         """Half of the loads of the axles under the present forces, by statics [N]."""
-        weight = STANDARD_GRAVITY * (self._grades + self._inputs["grade"][place])
-        shape, forces = self._static.shape, self._forces
-        given = np.stack(
-            [
-                (forces["creep_force_left"] + forces["creep_force_right"]).reshape(shape),
-                forces["drive_torque"].reshape(shape),
-                (0.5 * (self._states["omega_left"] + self._states["omega_right"])).reshape(shape),
-                (forces["speed_rate"] + weight).reshape(shape),
-            ],
-            axis=-2,
-        )
-        by_given = self._by_given @ given.reshape(len(given), -1, 1)
-        return np.asarray(np.maximum(0.5 * (self._static + by_given[..., 0]), 0.0).ravel())
+        given, (torque, left, right, rate) = self._given, self._found
+        given[:, 0] = torque
+        np.add(left, right, out=given[:, 1])
+        np.add(*self._turns, out=given[:, 2])
+        given[:, 3] = rate
+        given[:, 4] = self._inputs["grade"][place].reshape(given[:, 4].shape)
+        loads = (self._by_given @ given.reshape(len(given), -1, 1))[..., 0]
+        loads += self._at_rest
+        return np.maximum(loads, 0.0, out=loads).ravel()
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
@@ -200,9 +204,9 @@ class VehicleRuns(Runs):
         self._find_forces(place)
         if not self._cleaning.any():
             return
-        own, distance = self._cleaning_work(), self._states["distance"]
-        self._rails.slide(distance, own)
-        self._clean_by(own + self._rails.work_before(distance).reshape(own.shape))
+        own = self._cleaning_work()
+        others = self._rails.slide(self._states["distance"], own)
+        self._clean_by(own + others.reshape(own.shape))
 
 
 @dataclass(frozen=True, eq=False)

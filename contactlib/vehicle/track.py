@@ -489,16 +489,23 @@ class RailState:
         places = self._places(self._cells(distance))
         return self._work[self._train, places].reshape(self._shape)
 
-    def slide(self, distance: FloatArray, work: FloatArray) -> None:
-        """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m]."""
+    def slide(self, distance: FloatArray, work: FloatArray) -> FloatArray:
+        """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m].
+
+        Returns `work_before` at these distances.
+        """
         now = self._cells(distance)
         moved = now - self._last
-        left, side, work = np.abs(moved), np.sign(moved), np.maximum(work, 0.0).reshape(-1, 2)
-        for k in range(int(left.max()) if self.cleans else 0):
-            leaves = left > k
-            cells = self._places(self._last[leaves] + k * side[leaves])
-            self._work[self._train[leaves], cells] += work[leaves]
+        if self.cleans and moved.any():
+            work = np.maximum(work, 0.0).reshape(-1, 2)
+            while (leaves := np.flatnonzero(moved)).size:
+                cells = self._places(self._last[leaves])
+                self._work[self._train[leaves], cells] += work[leaves]
+                by = np.sign(moved)
+                self._last, moved = self._last + by, moved - by
         self._last = now
+        places = self._places(now)
+        return self._work[self._train, places].reshape(self._shape)
 
     def _cells(self, distance: FloatArray) -> NDArray[np.intp]:
         return np.floor(np.ravel(distance) / CELL).astype(np.intp)

@@ -6,7 +6,7 @@
 /* Chosen, as rim speeds and ways: the pads of a brake give that way in their holders before they
  * slide, and the holders damp them as long as they stick. */
 static const double PADS_GIVE = 1e-4; /* [m] */
-static const double PADS_DAMP = 5e-3; /* speed at which damping is half of what is left [m/s] */
+static const double PADS_DAMP = 5e-3; /* speed from which the damping is full [m/s] */
 
 /* Part of the brake's torque that acts against a wheel, -1 to 1, and its derivatives. It is that of
  * the pads, which a turning wheel carries along until they slide: dpads/dt = (u - |u| pads)/give.
