@@ -354,28 +354,34 @@ class Stop:
 
 
 class Locked:
-    """Outcome ``locked_time``: longest time for which a wheel is locked [s]."""
+    """Largest amount that passes while a wheel of an axle is locked: time, or slip work.
 
-    def __init__(self) -> None:
-        self._joint = Joint()
+    Parameters
+    ----------
+    amount : callable
+        Gives the amount up to each row, shape (rows, n).
+    """
+
+    def __init__(self, amount: Quantity) -> None:
+        self._amount, self._joint = amount, Joint()
         self._now: FloatArray | None = None
-        self._longest: FloatArray | None = None
+        self._largest: FloatArray | None = None
 
     def add(self, rows: DerivedRows) -> None:
         """Add the next rows."""
         speed = np.abs(rows["speed"])
         rim = np.minimum(np.abs(rows["omega_left"]), np.abs(rows["omega_right"]))
         rolls = (speed <= WATCHED) | (rows.vehicles.radius * rim >= LOCKED * speed)
-        locked, time = self._joint(np.where(rolls, 0.0, 1.0), rows.time)
-        if self._now is None or self._longest is None:
-            self._now = self._longest = np.zeros(speed.shape[1])
-        for part, on in zip(np.diff(time), locked[:-1], strict=True):
+        locked, amount = self._joint(np.where(rolls, 0.0, 1.0), self._amount(rows))
+        if self._now is None or self._largest is None:
+            self._now = self._largest = np.zeros(speed.shape[1])
+        for part, on in zip(np.diff(amount, axis=0), locked[:-1], strict=True):
             self._now = np.where(on > 0.0, self._now + part, 0.0)
-            self._longest = np.maximum(self._longest, self._now)
+            self._largest = np.maximum(self._largest, self._now)
 
     def value(self) -> FloatArray:
         """Return the numbers of the rows so far."""
-        return _known(self._longest)
+        return _known(self._largest)
 
 
 class Together:

@@ -126,6 +126,10 @@ def _largest(quantity: Callable[[DerivedRows], FloatArray], v: Vehicles) -> Accu
     return Together(lambda extremes: v.largest(extremes.value()), Extremes(quantity))
 
 
+def _in_a_lock(amount: Callable[[DerivedRows], FloatArray], v: Vehicles) -> Accumulator:
+    return Together(lambda largest: v.largest(largest.value()), Locked(amount))
+
+
 def _totals(v: Vehicles) -> Callable[[Accumulator, Accumulator], FloatArray]:
     """Function that gives the share of one accumulator's totals in another's."""
     return lambda part, whole: _share(v.total(part.value()), v.total(whole.value()))
@@ -328,7 +332,13 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "locked_time": Outcome(
             "s",
             "longest time for which a wheel is locked above 5 km/h",
-            lambda v: Together(lambda longest: v.largest(longest.value()), Locked()),
+            lambda v: _in_a_lock(lambda rows: rows.time[:, np.newaxis], v),
+            zero="no wheel is locked",
+        ),
+        "locked_work": Outcome(
+            "J",
+            "largest slip work of an axle from locking above 5 km/h to turning again",
+            lambda v: _in_a_lock(_signal("creep_work"), v),
             zero="no wheel is locked",
         ),
         "air_used": Outcome(
@@ -415,8 +425,8 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
 class VehicleMetrics(NamedTuple):
     """Numbers of one run of a vehicle: those of `Metrics` over all of its axles, and more.
 
-    Works and forces are sums over the axles; creepage, slip speed, recovery time, torsional peak
-    and locked time are those of the axle with the largest.
+    Works and forces are sums over the axles; creepage, slip speed, recovery time, torsional peak,
+    locked time and locked work are those of the axle with the largest.
 
     Attributes
     ----------
@@ -430,6 +440,8 @@ class VehicleMetrics(NamedTuple):
     locked_time : float
         Longest time for which a wheel's rim is slower than a twentieth of the vehicle's speed while
         that exceeds 5 km/h [s].
+    locked_work : float
+        Largest slip work of an axle in such a time, which makes flats [J].
     air_used : float
         Sum of all falls of the axles' brake torques / sum of their largest demands [1]: the air
         vented from the brake cylinders, in full applications. nan without a demand of braking.
@@ -450,6 +462,7 @@ class VehicleMetrics(NamedTuple):
     stopping_extension: float
     speed_error: float
     locked_time: float
+    locked_work: float
     air_used: float
 
 

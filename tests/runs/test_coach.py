@@ -102,3 +102,18 @@ def test_a_wheelset_stops_later_on_wet_rails() -> None:
     assert stop > least
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
     assert np.isnan(found["speed_error"]).all()
+
+
+def test_a_lock_turns_the_force_over_its_way_into_heat() -> None:
+    """The slip work of each axle is that of its creep force on the way that the wheel slides."""
+    case = replace(coach(4.5, slippery=True, locks=True), initial_speed=20.0)
+    run = run_vehicle(case, "open_loop")
+    found = vehicle_metrics(run, case.drivetrain)
+    locked = np.abs(case.drivetrain.wheelset.radius * run["omega"]) < 0.05 * run["speed"]
+    starts, every = locked.argmax(axis=0), np.arange(4)
+    assert locked[-1].all()
+    assert (locked.sum(axis=0) == run.time.size - starts).all()  # each locks once and stays
+    work, way = (run[name][-1] - run[name][starts, every] for name in ("creep_work", "distance"))
+    assert found.locked_work == work.max()
+    assert found.locked_time == pytest.approx(run.time[-1] - run.time[starts.min()], rel=1e-12)
+    np.testing.assert_allclose(work, -run["creep_force"][-200:].mean(axis=0) * way, rtol=0.02)
