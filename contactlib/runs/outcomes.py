@@ -54,7 +54,8 @@ class Outcome:
         Computes the number from a `contactlib.runs.analysis.Analysis`; None if controllers have
         to run for it.
     extends : str
-        Outcome of which this is the value / that of the same run on even rails - 1; else empty.
+        Outcome that is compared with the same run on even rails: its value there counts as 1, and
+        only the excess is given. Empty for others.
     percent : bool
         Whether values are shown in per cent.
     infinite, missing : str
@@ -494,7 +495,7 @@ def vehicle_metrics(
     drivetrain : Drivetrain
         The scenario's drivetrain, which is that of each axle.
     even : VehicleResult, optional
-        Run of `scenario.on_even_rails`, of which a stop is the extension.
+        Run of `scenario.on_even_rails`, with which a stop is compared.
     """
     axles = len(result.axles)
     vehicles = Vehicles.of([drivetrain] * axles, axles)

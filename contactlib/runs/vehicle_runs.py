@@ -136,7 +136,7 @@ class VehicleRuns(Runs):
         lags = np.repeat([vehicle.load_lag for vehicle in self._vehicles], self.axles)
         steps = np.divide(self._timing.step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
-        self._at_rest, self._by_given = self._statics()
+        self._at_rest, self._by_terms = self._statics()
         self._load = self._target = self._before = self._at_rest.ravel()
         for _ in range(SETTLING):
             super()._begin(index)
@@ -150,13 +150,13 @@ class VehicleRuns(Runs):
     def _connect(self) -> None:
         super()._connect()
         forces, by_axle = self._forces, (-1, self.axles)
-        self._given = np.empty((self._forces.size // self.axles, 5, self.axles))
+        self._terms = np.empty((forces.size // self.axles, 5, self.axles))
         names = "drive_torque", "creep_force_left", "creep_force_right", "speed_rate"
         self._found = [forces[name].reshape(by_axle) for name in names]
         self._turns = [self._states[f"omega_{side}"].reshape(by_axle) for side in ("left", "right")]
 
     def _statics(self) -> tuple[FloatArray, FloatArray]:
-        """Half of the loads at rest [N], and its derivatives by what `_half_loads` takes.
+        """Half of the loads at rest [N], and its derivatives by the terms of `_half_loads`.
 
         Shapes (vehicles, axles) and (vehicles, axles, 5 axles).
         """
@@ -179,15 +179,15 @@ class VehicleRuns(Runs):
 
     def _half_loads(self, place: int) -> FloatArray:
         """Half of the loads of the axles under the present forces, by statics [N]."""
-        given, (torque, left, right, rate) = self._given, self._found
-        given[:, 0] = torque
-        np.add(left, right, out=given[:, 1])
-        np.add(*self._turns, out=given[:, 2])
-        given[:, 3] = rate
-        given[:, 4] = self._inputs["grade"][place].reshape(given[:, 4].shape)
-        loads = (self._by_given @ given.reshape(len(given), -1, 1))[..., 0]
-        loads += self._at_rest
-        return np.maximum(loads, 0.0, out=loads).ravel()
+        terms, (torque, left, right, rate) = self._terms, self._found
+        omega_left, omega_right = self._turns
+        terms[:, 0] = torque
+        np.add(left, right, out=terms[:, 1])
+        np.add(omega_left, omega_right, out=terms[:, 2])
+        terms[:, 3] = rate
+        terms[:, 4] = self._inputs["grade"][place].reshape(rate.shape)
+        changes = self._by_terms @ terms.reshape(len(terms), -1, 1)
+        return np.asarray(np.maximum(self._at_rest + changes[..., 0], 0.0).ravel())
 
     def _advance(self, place: int, row: int, step: float) -> None:
         inputs = self._inputs[place]
