@@ -663,7 +663,7 @@ class Plant:
         slip = self.radius[:, np.newaxis] * self._pairs["omega"] - speed
         slip *= self._pairs["creep_force"]
         slip /= np.maximum(np.abs(speed), self._slowest[:, np.newaxis])
-        return np.maximum(slip, 0.0, out=slip)
+        return np.asarray(np.maximum(slip, 0.0))
 
     def _clean_by(self, work: FloatArray) -> None:
         """Set how far rails are clean after slip work per length, shape (n, 2) [J/m]."""
