@@ -78,9 +78,11 @@ function numbersOnly(data: Table): { data: Table; theory: string | undefined; me
 }
 
 function refuseOthers(data: Table): void {
+  const { vehicle } = data, axles = typeof vehicle === "object" ? vehicle as Table : {};
   const [is, command] = Object.hasOwn(data, "axes") ? ["a sweep", "sweep"]
-    : Object.hasOwn(data, "vehicle")
-    ? [`a scenario of the vehicle ${shown(data["vehicle"])}`, "simulate"] : [];
+    : Object.hasOwn(axles, "wheelset")
+    ? [`a scenario of axles with ${shown(axles["wheelset"])}`, "simulate"]
+    : Object.hasOwn(data, "vehicle") ? [`a scenario of the vehicle ${shown(vehicle)}`, "simulate"] : [];
   if (is === undefined) return;
   refuse(`this is ${is}, not a model: the command 'contactlib ${command}' runs it; ${SHOWN}`);
 }

@@ -291,12 +291,13 @@ def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
 
 def test_other_files_are_named(page: ExplorerPage) -> None:
     models = package_folder("models")
-    names = ("dry_wet_dry", "wet_patch_sweep")
+    names = ("dry_wet_dry", "coach_braking", "wet_patch_sweep")
     texts = [(models / f"{name}.toml").read_text(encoding="utf-8") for name in names]
     *lines, long = refusals(page, *texts, "#" * 1_000_001)
-    for line, command in zip(lines, ("simulate", "sweep"), strict=True):
+    for line, command in zip(lines, ("simulate", "simulate", "sweep"), strict=True):
         assert line is not None
         assert f"'contactlib {command}'" in line
+    assert str(lines[1]).startswith('this is a scenario of axles with "coach.toml", not a model: ')
     assert long == "the file has 1000001 characters: must be <= 1000000"
 
 
