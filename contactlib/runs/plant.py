@@ -155,6 +155,12 @@ class Drives:
         limited = minimum(maximum(torque, last - self._change), last + self._change)
         return self._or_braking(requested, limited)
 
+    def acting(self, demand: Numbers, speed: Numbers) -> Numbers:
+        """The demand as a torque on the axle [N.m]: a brake acts against the motion."""
+        if not self._has_brakes:
+            return demand
+        return where(self._braked & (demand < 0.0) & (speed < 0.0), -demand, demand)
+
     def _or_braking(self, torque: Numbers, limited: Numbers) -> Numbers:
         """Limited torque of a motor, or the whole torque of a brake."""
         if not self._has_brakes:
@@ -603,7 +609,8 @@ class Plant:
         limit = self._limit_at(self._states["distance"])
         self._demand = self._drives.possible(_numbers(demand), speed, limit)
         rim = self._radius * self._turning()
-        wheel, vehicle = self._reader.read(rim, speed, self._demand)
+        acting = self._drives.acting(self._demand, speed)
+        wheel, vehicle = self._reader.read(rim, speed, acting)
         return Measurement(self._demand, wheel, vehicle, self._torque, (wheel,))
 
     def _limit_at(self, distance: FloatArray) -> Numbers | None:

@@ -290,7 +290,8 @@ class SensorReader:
     def read(self, wheel_speed: Any, vehicle_speed: Any, demand: Any) -> tuple[Any, Any]:
         """Measured wheel and vehicle speed from the true ones; all [m/s], shape (n,).
 
-        The sign of the demand [N.m] gives the direction of slip, for an estimated vehicle speed.
+        The sign of the demanded torque on the axle [N.m], which of a brake is against the motion,
+        gives the direction of slip for an estimated vehicle speed.
         """
         wheel, vehicle = wheel_speed + self._none, vehicle_speed + self._none  # as they may change
         if self._counts:

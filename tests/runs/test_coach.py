@@ -117,3 +117,18 @@ def test_a_lock_turns_the_force_over_its_way_into_heat() -> None:
     assert found.locked_work == work.max()
     assert found.locked_time == pytest.approx(run.time[-1] - run.time[starts.min()], rel=1e-12)
     np.testing.assert_allclose(work, -run["creep_force"][-200:].mean(axis=0) * way, rtol=0.02)
+
+
+def test_the_estimate_backward_is_that_forward() -> None:
+    """A brake acts against the motion, so the fastest wheel counts both ways."""
+    forward = replace(
+        coach(4.0, slippery=True),
+        initial_speed=15.0,
+        sensors=cl.traction.Sensors(acceleration_limit=1.0),
+    )
+    backward = replace(forward, initial_speed=-15.0)
+    ahead, back = (run_vehicle(case, "open_loop") for case in (forward, backward))
+    slip = forward.drivetrain.wheelset.radius * ahead["omega"] - ahead["speed"]
+    assert slip.min() < -10.0
+    for name in ("speed", "measured_speed"):
+        np.testing.assert_allclose(back[name], -ahead[name], atol=3e-3)  # steady only forward
