@@ -222,7 +222,7 @@ def _summary(result: Result, metrics: Metrics | VehicleMetrics) -> str:
         share = f"{100.0 * limited:.1f} % used where friction limits\n"
     rim, top = _rim_and_top(result)
     beyond = f", rim up to {rim.max():.0f} m/s" if rim.max() > top > 0.0 else ""
-    stop = f", stops after {metrics.distance:.0f} m" if _stops(result) else ""
+    stop = f", stops at {metrics.distance:.0f} m" if _stops(result) else ""
     return f"{share}slip work {_energy(metrics.slip_work)}{beyond}{stop}"
 
 

@@ -310,7 +310,7 @@ def test_a_stop_shows_speeds_and_its_distance() -> None:
         _, rim, _ = checks.lines(axes, "wheel rim")
         assert_allclose(rim, run["speed"] + run["slip_velocity"])
         title = figure.axes[list(stops).index(name)].get_title("left")
-        assert f"stops after {run['distance'][-1]:.0f} m" in title
+        assert f"stops at {run['distance'][-1]:.0f} m" in title
     checks.check_layout(figure)
 
 
