@@ -169,7 +169,7 @@ def run_vehicle(
     *,
     index: int = 0,
     step: float | None = None,
-    tolerance: float = 1e-6,
+    tolerance: float = 3e-5,
     progress: Callable[[float], object] = lambda part: None,
 ) -> VehicleResult:
     """Run a scenario of a vehicle, each axle under a copy of one controller.
@@ -187,7 +187,7 @@ def run_vehicle(
         `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. With the default, creep forces of
-        the shipped locomotive are right to 2e-7 of friction; rows of 5 ms, over which loads are
+        the shipped vehicles are right to 4e-5 of friction; rows of 5 ms, over which loads are
         held, err by 1e-3 where an axle slips away and by 2e-5 in the mean.
     progress : callable, optional
         Called with the fraction of the duration that is done, from 0 to 1.
