@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import FloatArray
 from contactlib.base.text import fixed_width
@@ -107,6 +108,11 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
 def extended(names: Iterable[str]) -> dict[str, str]:
     """Outcomes that are extensions among some, and what each extends."""
     return {name: OUTCOMES[name].extends for name in names if OUTCOMES[name].extends}
+
+
+def extension(value: ArrayLike, even: ArrayLike) -> FloatArray:
+    """Value / that on even rails - 1, nan where the latter is zero."""
+    return _share(np.asarray(value), np.asarray(even)) - 1.0
 
 
 def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
@@ -502,7 +508,7 @@ def vehicle_metrics(
     found = _numbers(SideBySide(result), VehicleMetrics._fields, vehicles)
     for name, of in extended(found).items():
         least = _numbers(SideBySide(even), [of], vehicles)[of] if even else math.nan
-        found[name] = found[name] / least - 1.0
+        found[name] = float(extension(found[name], least))
     return VehicleMetrics(**found)
 
 

@@ -24,7 +24,7 @@ from contactlib.files.scenario import Scenario
 from contactlib.runs.accumulators import DerivedRows, Vehicles
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.derived_columns import UNITS, Block
-from contactlib.runs.outcomes import OUTCOMES, accumulators, extended
+from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
 from contactlib.runs.simulation import simulate
@@ -416,7 +416,7 @@ def run_many(
             progress=lambda part: progress(0.5 + 0.5 * part),
         )
         for name, of in extensions.items():
-            columns[name] = columns[name] / even[of] - 1.0
+            columns[name] = extension(columns[name], even[of])
     if doubts:
         others = f" (and so {len(doubts) - 1} other runs)" if len(doubts) > 1 else ""
         warn(f"{doubts[0]}{others}")

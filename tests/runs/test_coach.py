@@ -102,6 +102,10 @@ def test_a_wheelset_stops_later_on_wet_rails() -> None:
     assert stop > least
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
     assert np.isnan(found["speed_error"]).all()
+    creeps = replace(wet, initial_speed=0.05, duration=1.2)  # counts as stopped
+    at_once = cl.run_many([creeps], "threshold", names[:2])
+    assert at_once["stopping_distance"] == 0.0
+    assert np.isnan(at_once["stopping_extension"])
 
 
 def test_a_lock_turns_the_force_over_its_way_into_heat() -> None:
