@@ -292,8 +292,7 @@ class Scenario(Parameters):
     @cached_property
     def on_even_rails(self) -> Scenario:
         """The scenario with its grades and controllers, on the friction of the vehicle's file."""
-        designed = {name: self.any_controller(name) for name in self.controllers}
-        return replace(self, track=self.rails.even, controllers=designed)
+        return replace(self, track=self.rails.even, controllers=self._designed)
 
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""

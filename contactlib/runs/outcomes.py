@@ -106,7 +106,7 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
 
 
 def extended(names: Iterable[str]) -> dict[str, str]:
-    """Outcomes that are extensions among some, and what each extends."""
+    """Which of the outcomes are extensions, and what each extends."""
     return {name: OUTCOMES[name].extends for name in names if OUTCOMES[name].extends}
 
 

@@ -156,7 +156,7 @@ class VehicleRuns(Runs):
         self._turns = [self._states[f"omega_{side}"].reshape(by_axle) for side in ("left", "right")]
 
     def _statics(self) -> tuple[FloatArray, FloatArray]:
-        """Half of the loads at rest [N], and its derivatives by the terms of `_half_loads`.
+        """Half of the loads at rest [N], and their derivatives by the terms of `_half_loads`.
 
         Shapes (vehicles, axles) and (vehicles, axles, 5 axles).
         """

@@ -486,8 +486,7 @@ class RailState:
 
     def work_before(self, distance: FloatArray) -> FloatArray:
         """Slip work that other axles have left at the distance of each [J/m], shape (n, 2)."""
-        places = self._places(self._cells(distance))
-        return self._work[self._train, places].reshape(self._shape)
+        return self._work_in(self._cells(distance))
 
     def slide(self, distance: FloatArray, work: FloatArray) -> FloatArray:
         """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m].
@@ -504,7 +503,11 @@ class RailState:
                 by = np.sign(moved)
                 self._last, moved = self._last + by, moved - by
         self._last = now
-        places = self._places(now)
+        return self._work_in(now)
+
+    def _work_in(self, cells: NDArray[np.intp]) -> FloatArray:
+        """Work in the cell of each axle [J/m], shape (n, 2)."""
+        places = self._places(cells)
         return self._work[self._train, places].reshape(self._shape)
 
     def _cells(self, distance: FloatArray) -> NDArray[np.intp]:
