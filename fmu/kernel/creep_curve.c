@@ -7,7 +7,7 @@
 #include "wheelset_law.h"
 
 enum { INTERVALS = 24, HALVINGS = 5, ITERATIONS = 200 }; /* intervals of a decade, at first */
-enum { MAX_TURNS = 64 };                                 /* that decide on branches */
+static const double ROUNDING = 1e-9; /* of the torque, by which a turn stands out: below the table's */
 static const double FASTEST = 1e3;                       /* of balanced speeds [m/s] */
 static const double FARTHEST = 1e8; /* last creepage over the saturation creepage [1] */
 
@@ -162,21 +162,49 @@ static creep_point point_at(const curve *c, double creepage) {
 
 /* ---- The search ---- */
 
-typedef struct {
+typedef struct search search;
+
+struct search {
     const curve *c;
     double level; /* torque to cross; NaN to find the turns, infinite for the pole */
+    void (*turned)(search *, creep_point);
     size_t room, count;
     creep_point *points;
-    creep_point low, high; /* that bracket the worst pole */
-    creep_point last;      /* end of the search */
+    creep_point low, high;    /* that bracket the worst pole */
+    creep_point base, turn;   /* the last turn, and the next one if it stands out */
+    int begun, turning, flat; /* whether there is a base, a next turn, and whether a plateau is */
+    creep_point last;         /* end of the search */
+    double reach;             /* creepage up to which the largest torque is kept */
     int full;
-} search;
+};
 
 static void keep(search *s, creep_point p) {
     if (s->count && s->count <= s->room && s->points[s->count - 1].creepage == p.creepage) return;
     if (s->count < s->room) s->points[s->count] = p;
     s->count++;
     s->full = !isnan(s->level) && s->count >= s->room;
+}
+
+/* How far the torque goes on in the direction of the next turn: 0 if by no more than rounding. */
+static double onward(const search *s, creep_point p) {
+    double from = s->turning ? s->turn.torque : s->base.torque, change = p.torque - from;
+    double size = fmax(fabs(s->base.torque), fmax(fabs(from), fabs(p.torque)));
+    if (fabs(change) <= ROUNDING * size) return 0.0;
+    return s->turning && s->turn.torque < s->base.torque ? -change : change;
+}
+
+/* A place where the slope changes its sign, or a plateau begins. It is a turn once the torque has
+ * turned back by more than rounding, which on a plateau changes the sign at any place. */
+static void slope_ends(search *s, creep_point p, int flat) {
+    double further = onward(s, p);
+    if (further == 0.0) return;
+    if (s->turning && further < 0.0) {
+        s->turned(s, s->turn);
+        s->base = s->turn;
+    }
+    s->turn = p;
+    s->turning = 1;
+    s->flat = flat;
 }
 
 /* Root between two points of the slope, or of the torque less a level: by Newton's or the secant
@@ -255,7 +283,9 @@ static void leaf(search *s, creep_point a, creep_point b) {
         turns = 1;
     }
     if (isnan(s->level)) {
-        if (turns) keep(s, turn);
+        if (!s->begun) s->base = a;
+        s->begun = 1;
+        if (turns) slope_ends(s, turn, a.slope != 0.0 && turn.slope == 0.0);
         return;
     }
     piece(s, a, turn);
@@ -360,10 +390,18 @@ void creep_curve_points(const creep_table *table, const force_element_parameters
     for (size_t i = 0; i < n; i++) points[i] = point_at(&c, creepage[i]);
 }
 
+/* Find the turns of one side, and then the end of the search. */
+static void find_turns(search *s, double side) {
+    s->level = NAN;
+    walk(s, side);
+    double further = s->turning ? onward(s, s->last) : 1.0;
+    if (!(further > 0.0) && (further != 0.0 || s->flat)) s->turned(s, s->turn);
+    s->turned(s, s->last);
+}
+
 static size_t turns_of(const curve *c, double side, size_t room, creep_point *points) {
-    search s = {.c = c, .level = NAN, .room = room, .points = points};
-    walk(&s, side);
-    keep(&s, s.last);
+    search s = {.c = c, .turned = keep, .room = room, .points = points};
+    find_turns(&s, side);
     return s.count;
 }
 
@@ -376,7 +414,7 @@ size_t creep_curve_turns(const creep_table *table, const force_element_parameter
 
 static size_t steady_of(const curve *c, double torque, double side, size_t room,
                         creep_point *points) {
-    search s = {.c = c, .level = torque, .room = room, .points = points};
+    search s = {.c = c, .turned = NULL, .level = torque, .room = room, .points = points};
     walk(&s, side);
     if (!s.full && s.last.torque == torque) keep(&s, s.last);
     if (s.count && points[0].creepage == 0.0 && side < 0.0)
@@ -391,24 +429,31 @@ size_t creep_curve_steady(const creep_table *table, const force_element_paramete
     return steady_of(&c, torque, side, room, points);
 }
 
+/* Keep the first turn, the one before the present one, and that, up to the first above the first. */
+static void keep_landing(search *s, creep_point p) {
+    if (s->full) return;
+    if (s->count++ == 0) s->points[0] = p;
+    s->points[1] = s->points[2];
+    s->points[2] = p;
+    s->full = p.torque > s->points[0].torque;
+}
+
 size_t creep_curve_fold(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at,
                         creep_point points[2]) {
-    creep_point turns[MAX_TURNS];
+    creep_point turns[3] = {{0}};
     curve c = curve_of(table, contact, body, at);
-    size_t count = turns_of(&c, 1.0, MAX_TURNS, turns), landing = 1;
-    if (count == 1) return 0;
-    creep_point end = turns[(count < MAX_TURNS ? count : MAX_TURNS) - 1];
+    search s = {.c = &c, .turned = keep_landing, .points = turns};
+    find_turns(&s, 1.0);
+    if (s.count == 1) return 0;
     /* The slip-away ends where the torque reaches the fold's again; a falling torque then follows
      * this branch to its minimum. */
-    while (turns[landing].creepage != end.creepage && turns[landing].torque <= turns[0].torque)
-        landing++;
     points[0] = turns[0];
-    points[1] = turns[landing - 1];
-    if (landing > 1 && turns[landing].torque > points[1].torque) return 2;
-    points[1] = end;
+    points[1] = turns[1];
+    if (s.count > 2 && turns[2].torque > turns[1].torque) return 2;
+    points[1] = s.last;
     points[1].creepage = INFINITY;
-    points[1].torque = fmax(0.0, end.torque);
+    points[1].torque = fmax(0.0, s.last.torque);
     return 2;
 }
 
@@ -433,13 +478,25 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 
 /* ---- Branches ---- */
 
-/* Of so many neighbouring curves one is searched from end to end. */
-enum { SEARCHED = 64 };
+/* Of so many neighbouring curves one is searched from end to end, and so many turns are followed. */
+enum { SEARCHED = 64, MAX_TURNS = 64 };
+
+static void keep_first(search *s, creep_point p) {
+    if (!s->full) keep(s, p);
+    s->full = 1;
+}
+
+/* Keep the largest torque up to a creepage, of one point. */
+static void keep_limit(search *s, creep_point p) {
+    double side = s->reach < 0.0 ? -1.0 : 1.0;
+    if (side * (s->reach - p.creepage) >= 0.0 && side * (p.torque - s->points->torque) > 0.0)
+        *s->points = p;
+}
 
 double creep_curve_grip(const creep_table *table, const force_element_parameters *contact,
                         const wheelset_parameters *body, const creep_conditions *at, double torque,
                         double *limit) {
-    creep_point turns[MAX_TURNS], found;
+    creep_point found;
     curve c = curve_of(table, contact, body, at);
     double side = point_at(&c, 0.0).torque <= torque ? 1.0 : -1.0, reach = 0.0;
     for (int wheel = 0; wheel < c.wheels; wheel++) {
@@ -447,35 +504,46 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
         one.wheels = 1;
         one.at.normal_load[0] = c.at.normal_load[wheel];
         one.at.friction_scale[0] = c.at.friction_scale[wheel];
-        turns_of(&one, side, 1, turns);
-        reach = fmax(reach, fabs(turns->creepage));
+        search s = {.c = &one, .turned = keep_first, .room = 1, .points = &found};
+        find_turns(&s, side);
+        reach = fmax(reach, fabs(found.creepage));
     }
     if (steady_of(&c, torque, side, 1, &found) && fabs(found.creepage) <= reach)
         return found.creepage;
-    *limit = point_at(&c, side * reach).torque;
-    size_t count = turns_of(&c, side, MAX_TURNS, turns);
-    for (size_t k = 0; k < count && k < MAX_TURNS && fabs(turns[k].creepage) <= reach; k++)
-        if (side * (turns[k].torque - *limit) > 0.0) *limit = turns[k].torque;
+    found = point_at(&c, side * reach);
+    search s = {.c = &c, .turned = keep_limit, .points = &found, .reach = side * reach};
+    find_turns(&s, side);
+    *limit = found.torque;
     return NAN;
 }
 
-/* Largest force at some of the turns: all, or every other one and the last. */
-static double largest_force(const creep_point *turns, size_t count, size_t each, double *creepage) {
-    double force = 0.0;
-    *creepage = NAN;
-    for (size_t k = 0; k < count && k < MAX_TURNS; k++)
-        if ((k % each == 0 || k + 1 == count) && turns[k].force > force) {
-            force = turns[k].force;
-            *creepage = k + 1 < count ? turns[k].creepage : INFINITY;
-        }
-    return force;
+/* Keep the first turns, and behind them the smallest creepage with the largest force. */
+static void keep_largest(search *s, creep_point p) {
+    creep_point *largest = &s->points[s->room];
+    if (s->count < s->room) s->points[s->count] = p;
+    s->count++;
+    if (p.force > largest->force) *largest = p;
+}
+
+/* Largest force of a curve; its first turns are stored in front of it, and counted. */
+static double largest_force(const curve *c, creep_point *turns, size_t room, size_t *count) {
+    search s = {.c = c, .turned = keep_largest, .room = room, .points = turns};
+    turns[room].force = 0.0;
+    turns[room].creepage = NAN;
+    find_turns(&s, 1.0);
+    *count = s.count;
+    if (turns[room].creepage == s.last.creepage) turns[room].creepage = INFINITY;
+    return turns[room].force;
 }
 
 double creep_curve_peak(const creep_table *table, const force_element_parameters *contact,
                         const creep_conditions *at, double *creepage) {
-    creep_point turns[MAX_TURNS];
+    creep_point largest;
+    size_t count;
     curve c = curve_of(table, contact, NULL, at);
-    return largest_force(turns, turns_of(&c, 1.0, MAX_TURNS, turns), 1, creepage);
+    double force = largest_force(&c, &largest, 0, &count);
+    *creepage = largest.creepage;
+    return force;
 }
 
 /* Find a maximum of a curve, with the bits of the whole search, if it lies between the same
@@ -493,20 +561,23 @@ static int maximum_near(const curve *c, creep_point *turn) {
         b = point_at(c, low * ratio * ratio);
     }
     if (!(a.slope > 0.0 && b.slope < 0.0 && b.creepage < c->last)) return 0;
-    search s = {.c = c, .level = NAN, .room = 1, .points = turn};
+    search s = {.c = c, .turned = keep, .level = NAN};
     refine(&s, a, b, HALVINGS);
-    return s.count == 1;
+    *turn = s.turn;
+    return s.count == 0 && s.turning && onward(&s, b) < 0.0;
 }
 
-/* The same of all maxima, which alternate with minima, and of the end of the search. */
-static int maxima_near(const curve *c, creep_point *turns, size_t count) {
+/* The largest force at maxima that are found so, which alternate with minima, and at the end of the
+ * search; NaN if one is not found. */
+static double largest_force_near(const curve *c, creep_point *turns, size_t count) {
     int n;
-    double ratio = ratio_of_intervals(c, &n), last = c->first;
-    for (size_t k = 0; k + 1 < count; k += 2)
-        if (!maximum_near(c, &turns[k])) return 0;
+    double ratio = ratio_of_intervals(c, &n), last = c->first, force = 0.0;
+    for (size_t k = 0; k + 1 < count; k += 2) {
+        if (!maximum_near(c, &turns[k])) return NAN;
+        force = fmax(force, turns[k].force);
+    }
     for (int i = 0; i < n; i++) last *= ratio;
-    turns[count - 1] = point_at(c, last);
-    return 1;
+    return fmax(force, point_at(c, last).force);
 }
 
 static creep_conditions conditions_of(const drivetrain_input *in, double speed) {
@@ -532,7 +603,7 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
 
 void drivetrain_peak_many(const drivetrain_member *members, const size_t *which, size_t n,
                           const drivetrain_input *input, const double *speed, double *force) {
-    creep_point turns[MAX_TURNS]; /* of the last curve */
+    creep_point turns[MAX_TURNS + 1]; /* of the last curve */
     size_t count = 0;
     for (size_t i = 0; i < n; i++) {
         const drivetrain_member *m = &members[which[i]];
@@ -541,12 +612,8 @@ void drivetrain_peak_many(const drivetrain_member *members, const size_t *which,
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);
         curve c = curve_of(m->table, &contact, NULL, &at);
-        double creepage;
-        if (alike && count > 1 && count <= MAX_TURNS && maxima_near(&c, turns, count)) {
-            force[i] = largest_force(turns, count, 2, &creepage);
-        } else {
-            count = turns_of(&c, 1.0, MAX_TURNS, turns);
-            force[i] = largest_force(turns, count, 1, &creepage);
-        }
+        int followed = alike && count > 1 && count <= MAX_TURNS;
+        force[i] = followed ? largest_force_near(&c, turns, count) : NAN;
+        if (isnan(force[i])) force[i] = largest_force(&c, turns, MAX_TURNS, &count);
     }
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,6 +33,46 @@ def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))
     limit = element.friction.kinetic * element.normal_load
     assert cl.vehicle.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)
+
+
+MEASURED = """name = "measured"
+source = "drawn"
+[contact]
+radius_x = 0.5
+radius_y = 0.3
+normal_load = 110e3
+youngs_modulus = 210e9
+poisson_ratio = 0.3
+[law]
+kind = "measured"
+file = "curve.csv"
+[wheelset]
+radius = 0.5
+wheels = 2
+inertia = 250.0
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*curve.csv")
+@pytest.mark.parametrize("seed", range(5))
+def test_dips_and_plateaus_of_a_measured_curve_hide_no_higher_part(
+    seed: int, tmp_path: Path
+) -> None:
+    """Against a dense grid; rounding on a plateau is no turn, however often it changes sign."""
+    creepage = [0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.3]
+    higher = np.random.default_rng(seed).uniform(0.1, 0.22, 3).round(3).tolist()
+    coefficient = [0.12, 0.16, 0.17, 0.165, *(sorted(higher) if seed < 3 else higher)]
+    lines = [f"{z},{mu}" for z, mu in zip(creepage, coefficient, strict=True)]
+    (tmp_path / "curve.csv").write_text("\n".join(["creepage,traction_coefficient", *lines]))
+    (tmp_path / "model.toml").write_text(MEASURED)
+    wheelset = cl.load_model(tmp_path / "model.toml").wheelset
+    grid = np.geomspace(1e-4, 1e6, 40_001)
+    dense = wheelset.element.at_creepage(grid, speed=10.0)["creep_force"]
+    force = cl.vehicle.available_force(wheelset.element, speed=10.0)
+    assert force == pytest.approx(dense.max(), rel=1e-6)
+    curve = cl.vehicle.CreepCurve(wheelset, speed=10.0)
+    assert curve.turns.size <= 4
+    assert curve.peak.creep_force == pytest.approx(float(force), rel=1e-14)
 
 
 def test_no_load_is_no_force_and_less_is_an_error(locomotive: cl.Model) -> None:
