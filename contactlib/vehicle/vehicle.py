@@ -82,10 +82,13 @@ class Vehicle(Parameters):
     A bogie under the forces Q_i of its axles at the rails, with the acceleration a, pulls the body
     by H = sum Q_i - m a, and its axles' loads differ by the moment
 
-        H pivot_height + m_bogie a bogie_height + m_wheelsets a r + pitch_inertia sum domega/dt.
+        H pivot_height + m_bogie a bogie_height + m_wheelsets a r + pitch_inertia sum domega/dt,
 
-    The body's pivots differ by that of the coupler's force and of its own inertia about the pivots'
-    height. On a grade, a contains the weight's part along the track.
+    which a bogie of one axle hands to the body. The body's pivots differ by the moment of the
+    coupler's force, of its own inertia and of the vehicle's resistance about the pivots' height.
+    Vehicle and train share the resistance, sum Q - m a, in proportion to their masses; the
+    vehicle's acts at the height of the body's centre of mass. On a grade, a contains the weight's
+    part along the track.
 
     Examples
     --------
@@ -214,21 +217,28 @@ class Vehicle(Parameters):
         for i in range(bogies):
             pull[i, i * axles : (i + 1) * axles] = 1.0
         pull[:, -1] = -(self.bogie_mass + wheelsets)
-        coupler = pull.sum(axis=0)
-        coupler[-1] -= self.body_mass
         # Moments that lift the front: of the body about the pivots' height, of bogies about the
-        # rail.
+        # rail. Resistance, sum Q - m a, acts on vehicle and train in proportion to their masses.
+        everything = np.append(np.ones(self.axles), 0.0)
+        coupler = self.train_mass / self.mass * everything
+        pulling = pull.sum(axis=0)
+        pulling[-1] -= self.body_mass
+        resistance = pulling - coupler
         body = coupler * (self.coupler_height - self.pivot_height)
+        body += resistance * (self.body_height - self.pivot_height)
         body[-1] += self.body_mass * (self.body_height - self.pivot_height)
         bogie = pull * self.pivot_height
         bogie[:, -1] += self.bogie_mass * self.bogie_height + wheelsets * radius
-        on_pivot = -np.outer(pivots / (pivots @ pivots), body)
         squares = np.maximum((places**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
         arm = (places / squares)[..., np.newaxis]
+        lever = pivots / (pivots @ pivots)
+        by_turning = arm.reshape(-1, 1) * np.kron(np.eye(bogies), np.ones((axles, axles)))
+        if axles == 1:  # such a bogie carries no moment: it hands its own to the body
+            body += bogie.sum(axis=0)
+            by_turning = np.outer(lever, np.ones(bogies))
+        on_pivot = -np.outer(lever, body)
         change = on_pivot[:, np.newaxis] / axles - arm * bogie[:, np.newaxis]
         change = change.reshape(self.axles, -1)
         weight = self.body_mass / self.axles + self.bogie_mass / axles + self.wheelset_mass
         static = np.full(self.axles, weight * STANDARD_GRAVITY)
-        own = np.kron(np.eye(bogies), np.ones((axles, axles)))
-        by_turning = -self.pitch_inertia * arm.reshape(-1, 1) * own
-        return static, change[:, :-1], change[:, -1], by_turning
+        return static, change[:, :-1], change[:, -1], -self.pitch_inertia * by_turning

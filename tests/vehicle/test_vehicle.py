@@ -24,10 +24,11 @@ FOUR: dict[str, Any] = {
     "coupler_height": 1.04,
 }
 SIX = FOUR | {"position": (0.0, 1.9, 4.1, 10.0, 11.9, 14.1), "axles_per_bogie": 3}
+TWO = FOUR | {"position": (0.0, 9.0), "axles_per_bogie": 1}
 RADIUS = 0.52
 
 
-@pytest.mark.parametrize("given", [FOUR, SIX], ids=["four axles", "six axles"])
+@pytest.mark.parametrize("given", [FOUR, SIX, TWO], ids=["four axles", "six axles", "two axles"])
 def test_loads_balance_forces_and_moments_of_all_bodies(given: dict[str, Any]) -> None:
     """Of the whole vehicle, and of the first bogie about its pivot, by separate sums."""
     v = Vehicle(**given)
@@ -35,19 +36,24 @@ def test_loads_balance_forces_and_moments_of_all_bodies(given: dict[str, Any]) -
     force, a = rng.uniform(-6e4, 6e4, (50, v.axles)), rng.uniform(-1.5, 1.5, 50)
     load = v.loads(force, acceleration=a, radius=RADIUS)
     assert_allclose(load.sum(axis=1), v.own_mass * STANDARD_GRAVITY, rtol=1e-12)
-    # Moments about the rail under the middle of the vehicle: what pulls at the coupler is the rest.
+    # Moments about the rail under the middle of the vehicle. What resists acts on vehicle and train
+    # by their masses, at the body's centre and at the coupler, which also pulls the train.
     bogies = v.axles / v.axles_per_bogie
     inertia = (
         v.body_mass * v.body_height
         + bogies * v.bogie_mass * v.bogie_height
         + v.axles * v.wheelset_mass * RADIUS
     )
-    coupler = force.sum(axis=1) - v.own_mass * a
+    resistance = force.sum(axis=1) - v.mass * a
+    coupler = v.train_mass * a + v.train_mass / v.mass * resistance
+    own = v.own_mass / v.mass * resistance
     at = np.mean(v.position) - np.array(v.position)
-    moment = load @ at + coupler * v.coupler_height + inertia * a
+    moment = load @ at + coupler * v.coupler_height + own * v.body_height + inertia * a
     assert_allclose(moment, 0.0, atol=1e-8 * v.own_mass)
     # The first bogie: its axles' loads about the pivot against forces at rail and pivot.
     n = int(v.axles_per_bogie)
+    if n == 1:
+        return
     own = v.bogie_mass + n * v.wheelset_mass
     pull = force[:, :n].sum(axis=1) - own * a
     arm = np.mean(v.position[:n]) - np.array(v.position[:n])
@@ -55,12 +61,25 @@ def test_loads_balance_forces_and_moments_of_all_bodies(given: dict[str, Any]) -
     assert_allclose(load[:, :n] @ arm + pull * v.pivot_height + lifts * a, 0.0, atol=1e-8 * own)
 
 
-def test_a_wheelset_that_spins_up_lifts_the_front_of_its_bogie() -> None:
-    v = Vehicle(**FOUR, pitch_inertia=200.0)
-    at_rest = v.loads(np.zeros(4), acceleration=0.0, radius=RADIUS, omega_rate=np.zeros(4))
-    spun = v.loads(np.zeros(4), acceleration=0.0, radius=RADIUS, omega_rate=[30.0, 0.0, 0.0, 0.0])
-    change = 200.0 * 30.0 / 3.0
-    assert_allclose(spun - at_rest, [-change, change, 0.0, 0.0], atol=1e-9)
+@pytest.mark.parametrize("given", [FOUR, TWO], ids=["of its bogie", "of the body"])
+def test_a_wheelset_that_spins_up_lifts_the_front(given: dict[str, Any]) -> None:
+    v = Vehicle(**given, pitch_inertia=200.0)
+    none = np.zeros(v.axles)
+    spins = none + 30.0 * (np.arange(v.axles) == 0)
+    at_rest, spun = (
+        v.loads(none, acceleration=0.0, radius=RADIUS, omega_rate=rate) for rate in (none, spins)
+    )
+    change = 200.0 * 30.0 / v.position[1]
+    assert_allclose(spun - at_rest, [-change, change, *none[2:]], atol=1e-9)
+
+
+def test_without_a_train_nothing_pulls_at_the_coupler() -> None:
+    """Whatever resists the motion."""
+    low, high = (
+        Vehicle(**(FOUR | {"train_mass": 0.0, "coupler_height": height})) for height in (0.0, 4.0)
+    )
+    loads = [v.loads([5e3] * 4, acceleration=0.1, radius=RADIUS) for v in (low, high)]
+    assert_allclose(*loads, rtol=1e-14)
 
 
 def test_an_axle_cannot_pull_on_the_rail() -> None:
