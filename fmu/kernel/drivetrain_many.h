@@ -37,8 +37,8 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
         TAKE(drivetrain_parameters, p, g->train);
         double torque = y[BRAKE][l], missing = g->input[COMMANDED_BRAKE][l] - torque;
         double pace = 1.0 / (missing > 0.0 ? p.brake_fill_time : p.brake_vent_time);
-        double share[2] = {g->elastic ? p.drive_share : 1.0, 1.0 - p.drive_share}, power = 0.0;
-        double body = (g->elastic ? 2.0 : 1.0) / p.body.inertia;
+        double share = g->elastic ? 0.5 : 1.0, power = 0.0; /* of a wheel, whatever the gear's */
+        double body = 1.0 / (share * p.body.inertia);
         lanes(*j)[MAX_STATES] = NULL;
         if (jacobian) j = *jacobian;
         f[BRAKE][l] = missing * pace;
@@ -46,16 +46,16 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
             double omega = y[LEFT + i][l];
             braking b = braking_of(&p, omega, y[PADS_LEFT + i][l]);
             f[PADS_LEFT + i][l] = b.pads_rate;
-            f[LEFT + i][l] -= share[i] * torque * b.part * body;
-            power += share[i] * b.part * omega;
+            f[LEFT + i][l] -= share * torque * b.part * body;
+            power += share * b.part * omega;
             if (!j) continue;
             j[PADS_LEFT + i][PADS_LEFT + i][l] = b.rate_by_pads;
             j[PADS_LEFT + i][LEFT + i][l] = b.rate_by_omega;
-            j[LEFT + i][PADS_LEFT + i][l] = -share[i] * torque * b.by_pads * body;
-            j[LEFT + i][BRAKE][l] = -share[i] * b.part * body;
-            j[LEFT + i][LEFT + i][l] -= share[i] * torque * b.by_omega * body;
-            j[DRIVE][LEFT + i][l] -= share[i] * torque * (b.part + b.by_omega * omega);
-            j[DRIVE][PADS_LEFT + i][l] = -share[i] * torque * b.by_pads * omega;
+            j[LEFT + i][PADS_LEFT + i][l] = -share * torque * b.by_pads * body;
+            j[LEFT + i][BRAKE][l] = -share * b.part * body;
+            j[LEFT + i][LEFT + i][l] -= share * torque * b.by_omega * body;
+            j[DRIVE][LEFT + i][l] -= share * torque * (b.part + b.by_omega * omega);
+            j[DRIVE][PADS_LEFT + i][l] = -share * torque * b.by_pads * omega;
         }
         f[DRIVE][l] -= torque * power;
         if (!j) continue;
@@ -357,9 +357,9 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
         wheelset_rates rates = rates_together(&p, &in, y, a, l);
         double v = y[SPEED][l], omega[2] = {y[LEFT][l], y[RIGHT][l]}, twist = y[TWIST][l];
         double turning = omega[0] * omega[0] + omega[1] * omega[1];
-        double share[2] = {p.drive_share, 1.0 - p.drive_share}, braked = 0.0;
+        double braked = 0.0;
         for (int i = 0; g->braked && i < 2; i++)
-            braked += share[i] * y[BRAKE][l] * braking_of(&p, omega[i], y[PADS_LEFT + i][l]).part;
+            braked += 0.5 * y[BRAKE][l] * braking_of(&p, omega[i], y[PADS_LEFT + i][l]).part;
         int held = p.body.inverse_mass == 0.0;
         double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
         output[l] = (drivetrain_output){

@@ -128,8 +128,8 @@ def written_again(
         else:
             through = axle.stiffness * twist + axle.damping * (left - right)
             share = axle.drive_share
-            torque_left = share * (motor - braking[0])
-            torque_right = (1.0 - share) * (motor - braking[1])
+            torque_left = share * motor - 0.5 * braking[0]  # the gear does not split the brake
+            torque_right = (1.0 - share) * motor - 0.5 * braking[1]
             dleft = (torque_left - r * q_left - half_b * left - through) / half_j
             dright = (torque_right - r * q_right - half_b * right + through) / half_j
             dtwist = left - right
