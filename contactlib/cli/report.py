@@ -270,7 +270,7 @@ def _verdict(
         zeros=plant.zeros,
         poles=plant.poles,
         delay=scenario.sensors.delay,
-        lag=drivetrain.lag,
+        lag=drivetrain.motor.lag if max(scenario.demand.value) > 0.0 else drivetrain.brake_lag,
         sample_time=sample_time,
     )
     stay = "; control has to stay on the rising branch" if verdict.window.empty else ""

@@ -29,6 +29,7 @@ from contactlib.traction.interface import (
     LOW_SPEED,
     SAMPLE_TIME,
     Measurement,
+    is_backward,
     plausible,
 )
 from contactlib.traction.search import Ranges, around_design
@@ -53,8 +54,8 @@ class LimiterMemory(NamedTuple):
         I, torque in the demand's direction [N.m].
     limiting : ndarray of bool
         Whether the last torque was below the demand.
-    braking : ndarray of bool
-        Whether the last demand was negative.
+    backward : ndarray of bool
+        Whether the last demand was backward.
     torque : ndarray
         Torque that was requested last [N.m].
     bias : CreepageBias
@@ -64,7 +65,7 @@ class LimiterMemory(NamedTuple):
     vehicle: Tracked
     integral: FloatArray
     limiting: NDArray[np.bool_]
-    braking: NDArray[np.bool_]
+    backward: NDArray[np.bool_]
     torque: FloatArray
     bias: CreepageBias
 
@@ -74,10 +75,10 @@ class Slip(NamedTuple):
 
     Attributes
     ----------
-    braking : ndarray of bool
-        Whether the demand is negative.
+    backward, braking : ndarray of bool
+        Whether the demand is backward, see `is_backward`, and whether it is against the motion.
     sign : ndarray
-        -1 in braking, else 1.
+        -1 if the demand is backward, else 1.
     demand : ndarray
         Size of the demand [N.m].
     speed : ndarray
@@ -90,6 +91,7 @@ class Slip(NamedTuple):
         Estimated error of the measured creepage.
     """
 
+    backward: NDArray[np.bool_]
     braking: NDArray[np.bool_]
     sign: FloatArray
     demand: FloatArray
@@ -127,6 +129,9 @@ class SlipLimiter(Parameters):
         plant's gain r/(J V).
     integral_gain : float
         Ki on slip speed [N].
+    brake_share : float, optional
+        Factor on Kp in braking, whose square multiplies Ki, as a brake follows more slowly than a
+        motor [1]. Default: 1, with which a `proportional_gain` that is given holds in braking too.
     low_speed : float, optional
         Vehicle speed below which the reference is a slip speed [m/s].
     minimum_slip : float, optional
@@ -150,6 +155,7 @@ class SlipLimiter(Parameters):
     sample_time: Annotated[float, SAMPLE_TIME] = 0.01
     proportional_gain: Annotated[float, Quantity("N.s", above=0.0, usual=(1.0, 1e8))]
     integral_gain: Annotated[float, Quantity("N", at_least=0.0, usual=(0.0, 1e10))]
+    brake_share: Annotated[float, Quantity("1", above=0.0, usual=(1e-3, 1e3))] = 1.0
     low_speed: Annotated[float, LOW_SPEED] = 2.0
     minimum_slip: Annotated[float, SPEED_NOISE] = 0.0
     speed_filter_time: Annotated[float, FILTER_TIME] = 0.25
@@ -179,7 +185,7 @@ class SlipLimiter(Parameters):
             Tracked(vehicle, none),
             size,
             size < abs(measurement.demand),
-            measurement.demand < 0.0,
+            is_backward(measurement.demand, vehicle),
             given,
             start_creepage_bias(measurement.wheel_speed - vehicle, self.creepage_error),
         )
@@ -189,10 +195,10 @@ class SlipLimiter(Parameters):
     ) -> tuple[Slip, Tracked]:
         """Slip without the estimated error, and the filtered vehicle speed to which it refers."""
         vehicle = track(memory.vehicle, measurement.vehicle_speed, self._tracker_gains)
-        braking = measurement.demand < 0.0
-        sign = where(braking, -1.0, 1.0)
+        backward = is_backward(measurement.demand, vehicle.speed)
+        sign = where(backward, -1.0, 1.0)
         scale = maximum(abs(vehicle.speed), self.low_speed)
-        limiting = memory.limiting & (braking == memory.braking)
+        limiting = memory.limiting & (backward == memory.backward)
         # The raw speeds, as a filter lags when the torque is taken away and the vehicle coasts.
         bias = learn(
             memory.bias,
@@ -209,28 +215,33 @@ class SlipLimiter(Parameters):
         forward = measurement.wheel_speed - vehicle.speed - bias.error * vehicle.speed
         missing = sign * (memory.torque - measurement.torque)
         demand = sign * measurement.demand
-        return Slip(braking, sign, demand, sign * forward, scale, missing, bias), vehicle
+        braking = sign * vehicle.speed < 0.0
+        slip = Slip(backward, braking, sign, demand, sign * forward, scale, missing, bias)
+        return slip, vehicle
 
     def limit(
         self, slip: Slip, vehicle: Tracked, reference: FloatArray, memory: LimiterMemory
     ) -> tuple[FloatArray, LimiterMemory]:
         """Torque [N.m] that holds a reference creepage [1], and the new memory."""
         demand = slip.demand
-        limiting = memory.limiting & (slip.braking == memory.braking)
+        limiting = memory.limiting & (slip.backward == memory.backward)
         integral = where(limiting, minimum(memory.integral, demand), demand)
         target = maximum(reference * slip.scale, self.minimum_slip)
         error = target - slip.speed
-        requested = self.proportional_gain * error + integral
+        share = where(slip.braking, self.brake_share, 1.0)
+        requested = self.proportional_gain * share * error + integral
         limit = where(slip.bias.looking, minimum(self.stick_torque, demand), demand)
         size = minimum(maximum(requested, 0.0), limit)
         # The rising branch is stiff: torque changes the creepage little there, and Ki alone would
         # take seconds to restore the torque. Beyond four times the reference the wheel spins; to
         # cut earlier, while it passes the peak and returns, would make it hunt.
-        share = error / target
-        ease = maximum(minimum(share, 1.0), BAND) - BAND
-        ease = ease - CUT * maximum(minimum(-share, 4.0) - 3.0, 0.0)
+        lack = error / target
+        ease = maximum(minimum(lack, 1.0), BAND) - BAND
+        ease = ease - CUT * maximum(minimum(-lack, 4.0) - 3.0, 0.0)
         step = self.sample_time
-        change = (self.integral_gain * step) * error + (step / self.recovery_time) * demand * ease
+        change = (self.integral_gain * share * share * step) * error + (
+            step / self.recovery_time
+        ) * demand * ease
         change = where(slip.missing > 0.0, minimum(change, 0.0), change)
         change = where(slip.missing < 0.0, maximum(change, 0.0), change)
         integral = integral + change
@@ -239,7 +250,7 @@ class SlipLimiter(Parameters):
             vehicle,
             minimum(maximum(integral, 0.0), limit),
             (requested < demand) | slip.bias.looking,
-            slip.braking,
+            slip.backward,
             torque,
             slip.bias,
         )
@@ -301,20 +312,22 @@ class CreepPI(SlipLimiter):
                 **given,
             }
         reference = given["reference"]
-        delay = total_delay(drivetrain, sensors, sample_time)
         pole = float(fast_pole(wheelset, reference, speed=speed))
-        if pole * delay >= 1.0:
-            raise ValueError(
-                f"reference = {reference!r} cannot be held at {speed!r} m/s: its pole of "
-                f"{pole:.4g} 1/s needs a delay below {1.0 / pole:.4g} s, but the loop has "
-                f"{delay:.4g} s"
-            )
+        for braking in (False, True):
+            delay = total_delay(drivetrain, sensors, sample_time, braking=braking)
+            if pole * delay >= 1.0:
+                raise ValueError(
+                    f"reference = {reference!r} cannot be held at {speed!r} m/s: its pole of "
+                    f"{pole:.4g} 1/s needs a delay below {1.0 / pole:.4g} s, but the loop has "
+                    f"{delay:.4g} s{' in braking' if braking else ''}"
+                )
         pole = max(pole, worst_pole(wheelset, speed=speed).pole)
         gains = slip_gains(drivetrain, pole=pole, sensors=sensors, sample_time=sample_time)
+        if "proportional_gain" in given:
+            gains["brake_share"] = 1.0
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
         known = {
-            "proportional_gain": gains[0],
-            "integral_gain": gains[1],
+            **gains,
             "minimum_slip": minimum_slip(sensors, sample_time, filter_time),
             **sticking(wheelset, speed, sensors),
         }

@@ -30,9 +30,12 @@ STICKS = 0.03  # traction coefficient at which a wheel sticks on any rail
 TORQUE_NOISE = 0.01  # largest standard deviation of the torque by noise / r P
 
 
-def total_delay(drivetrain: Drivetrain, sensors: Sensors, sample_time: float) -> float:
+def total_delay(
+    drivetrain: Drivetrain, sensors: Sensors, sample_time: float, *, braking: bool = False
+) -> float:
     """Delay theta [s]: sensors, half a sample for the held torque, the lag of motor or brake."""
-    return sampled_delay(delay=sensors.delay, lag=drivetrain.lag, sample_time=sample_time)
+    lag = drivetrain.brake_lag if braking else drivetrain.motor.lag
+    return sampled_delay(delay=sensors.delay, lag=lag, sample_time=sample_time)
 
 
 def minimum_slip(sensors: Sensors, sample_time: float, filter_time: float) -> float:
@@ -68,23 +71,31 @@ def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, fl
 
 def slip_gains(
     drivetrain: Drivetrain, *, pole: float, sensors: Sensors, sample_time: float
-) -> tuple[float, float]:
-    """Proportional [N.s] and integral [N] gain on slip speed.
+) -> dict[str, float]:
+    """Gains of `SlipLimiter` on slip speed.
 
     lambda is the geometric mean of the window's ends at the p theta of `pole`, limited to 0.15 to
     0.3: below, a gain of zero would do; above, no gain is robust. The time of the integral action
     is 10/lambda. The gain may then be wrong by a factor of 2.1 either way, and the largest
     sensitivity is 1.6 on the rising branch, 1.7 at p theta = 0.15 and 2.7 at 0.3. Noise of the
     wheel speed limits the gain. Of the rail, only `pole` is used; if it is infinite, the gains are
-    those at p theta = 0.3.
+    those at p theta = 0.3. Traction and braking each have the lambda of their own delay.
     """
-    wheelset, delay = drivetrain.wheelset, total_delay(drivetrain, sensors, sample_time)
-    product = min(max(pole * delay, ROBUST[0]), ROBUST[1])
-    window = proportional_window(product / delay, delay=delay)
-    rate = math.sqrt(window.lowest * window.highest)
-    if sensors.wheel_speed_noise > 0.0:
-        torque = wheelset.radius * wheelset.element.normal_load
-        noisy = TORQUE_NOISE * torque / sensors.wheel_speed_noise  # largest gain [N.s]
-        rate = min(rate, noisy * wheelset.radius / wheelset.inertia)
+    wheelset, rates = drivetrain.wheelset, []
+    for braking in (False, True):
+        delay = total_delay(drivetrain, sensors, sample_time, braking=braking)
+        product = min(max(pole * delay, ROBUST[0]), ROBUST[1])
+        window = proportional_window(product / delay, delay=delay)
+        rate = math.sqrt(window.lowest * window.highest)
+        if sensors.wheel_speed_noise > 0.0:
+            torque = wheelset.radius * wheelset.element.normal_load
+            noisy = TORQUE_NOISE * torque / sensors.wheel_speed_noise  # largest gain [N.s]
+            rate = min(rate, noisy * wheelset.radius / wheelset.inertia)
+        rates.append(rate)
+    rate, brake_rate = rates
     gain = rate * wheelset.inertia / wheelset.radius
-    return gain, gain * rate / INTEGRAL
+    return {
+        "proportional_gain": gain,
+        "integral_gain": gain * rate / INTEGRAL,
+        "brake_share": brake_rate / rate,
+    }

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple
 
-from contactlib.base.elementwise import maximum, minimum
+from contactlib.base.elementwise import maximum, minimum, where
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.element.force_element import RADIUS
 from contactlib.traction.interface import SAMPLE_TIME
@@ -76,7 +76,7 @@ class Observed(NamedTuple):
     motor_torque, torque : ndarray
         Torque of the motor, and its filtered value [N.m].
     wheel_speed, slip : ndarray
-        Filtered wheel speed, and filtered slip in the demand's direction [m/s].
+        Filtered wheel speed, and filtered forward slip [m/s].
     """
 
     sent: tuple[FloatArray, ...]
@@ -96,8 +96,8 @@ class LoadObserver(Parameters):
         Sample time [s].
     radius, inertia : float
         Parameters of the wheelset with its drive [m, kg.m2].
-    delay, motor_lag : float
-        Delay of the sensors, a whole number of samples, and lag of the motor [s].
+    delay, motor_lag, brake_lag : float
+        Delay of the sensors, a whole number of samples, and lags of motor and braking [s].
     filter_time : float
         Time constant of the filter [s].
     """
@@ -107,6 +107,7 @@ class LoadObserver(Parameters):
     inertia: Annotated[float, INERTIA]
     delay: Annotated[float, DELAY]
     motor_lag: Annotated[float, LAG]
+    brake_lag: Annotated[float, LAG]
     filter_time: Annotated[float, Quantity("s", above=0.0)]
 
     @cached_property
@@ -115,10 +116,11 @@ class LoadObserver(Parameters):
         return Sensors(delay=self.delay).samples_of_delay(self.sample_time)
 
     @cached_property
-    def gains(self) -> tuple[float, float]:
-        """Gains of filter and motor per sample."""
-        time = self.sample_time
-        return first_order_gain(time, self.filter_time), first_order_gain(time, self.motor_lag)
+    def gains(self) -> tuple[float, float, float]:
+        """Gains of filter, motor and brake per sample."""
+        times = self.filter_time, self.motor_lag, self.brake_lag
+        observer, motor, brake = (first_order_gain(self.sample_time, time) for time in times)
+        return observer, motor, brake
 
     def start(self, torque: Any, wheel_speed: FloatArray, slip: FloatArray) -> Observed:
         """State of a drive at steady `torque` [N.m] and speed [m/s]."""
@@ -126,17 +128,24 @@ class LoadObserver(Parameters):
         return Observed((steady,) * self.delayed_samples, steady, steady, wheel_speed, slip)
 
     def observe(
-        self, last: Observed, torque: FloatArray, wheel_speed: FloatArray, slip: FloatArray
+        self,
+        last: Observed,
+        torque: FloatArray,
+        wheel_speed: FloatArray,
+        slip: FloatArray,
+        *,
+        braking: Any = False,
     ) -> tuple[Observed, FloatArray, FloatArray]:
         """New state, and load torque [N.m] and slip [m/s] at the middle of the sample interval.
 
-        `torque` has been commanded since the last sample [N.m]. The derivative is that at the
-        middle. With the slip at the same time, white noise of the wheel speed does not correlate
-        the two.
+        `torque` has been commanded since the last sample [N.m], of the motor or, while `braking`,
+        of the brake. The derivative is that at the middle. With the slip at the same time, white
+        noise of the wheel speed does not correlate the two.
         """
-        gain, motor = self.gains
+        gain, motor, brake = self.gains
         sent = (*last.sent, torque)
-        given = last.motor_torque + motor * (sent[0] - last.motor_torque)
+        pace = where(braking, brake, motor)
+        given = last.motor_torque + pace * (sent[0] - last.motor_torque)
         filtered = last.torque + gain * (given - last.torque)
         change, slipped = gain * (wheel_speed - last.wheel_speed), gain * (slip - last.slip)
         load = filtered - self.inertia / (self.radius * self.sample_time) * change
@@ -159,6 +168,10 @@ class Moments(NamedTuple):
     creepage: FloatArray
     covariance: FloatArray
     variance: FloatArray
+
+    def turned(self, sign: FloatArray) -> Moments:
+        """Moments of load and creepage in another direction, or in the same (sign = 1)."""
+        return self._replace(load=sign * self.load, creepage=sign * self.creepage)
 
 
 def add_sample(

@@ -37,7 +37,8 @@ class Measurement(NamedTuple, Generic[Number]):
     ----------
     demand : float or ndarray
         The driver's demand of axle torque, at most what the drive's power allows at the vehicle's
-        speed [N.m]; negative in braking.
+        speed [N.m]. It is that of the torque on the axle: forward if positive, so a demand against
+        the motion brakes.
     wheel_speed : float or ndarray
         Measured radius times angular velocity, mean of the wheels [m/s].
     vehicle_speed : float or ndarray
@@ -170,6 +171,11 @@ class TractionController(Protocol):
         **given
             Fields of the controller that are not designed.
         """
+
+
+def is_backward(demand: Any, speed: Any) -> Any:
+    """Whether a demand [N.m] is backward; one of zero has the direction of the motion [m/s]."""
+    return (demand < 0.0) | ((demand == 0.0) & (speed < 0.0))
 
 
 def plausible(measurement: Measurement[FloatArray]) -> Measurement[FloatArray]:

@@ -55,13 +55,15 @@ class Sensors(Parameters):
     traction and too low in braking, so the vehicle speed is estimated under the demand T, from one
     sample to the next after dt, as
 
-        min(u, last estimate + a dt) if T >= 0, max(u, last estimate - a dt) if T < 0
+        min(u, last estimate + a dt) if T > 0, max(u, last estimate - a dt) if T < 0
 
-    The axles of a vehicle share one estimate: T is the sum of their demands, and u the lowest of
-    their wheel speeds in traction, the highest in braking. An axle without a motor or brake turns
+    and both limits apply while nothing is demanded. The axles of a vehicle share one estimate: T is
+    the sum of their demands, and u the lowest of their wheel speeds in traction, the highest in
+    braking, else the one next to the last estimate. An axle without a motor or brake turns
     freely and so keeps the estimate right. Where all axles slip, the estimate follows its limit
     alone; after a `trial_time` of that, the demand of one axle is zero for a `trial_time`, so that
-    its wheel returns to the vehicle's speed: of the last axle first, then of the one in front.
+    its wheel returns to the vehicle's speed: of the last axle in the direction of motion first,
+    then of the one in front.
 
     Parameters
     ----------
@@ -280,7 +282,8 @@ class SensorReader:
         self._history: list[tuple[Any, Any]] = []
         self._reads = 0
         self._rim: Any = None  # speed at the last sample
-        self._way = self._none  # since the last pulse
+        # Since the last pulse, at first half of the way to the next in either direction.
+        self._way = 0.5 * self._pulse if self._counts else self._none
 
     def _each(self, values: Iterable[Any]) -> Any:
         """One value for each wheelset: an array, or a number."""
@@ -321,29 +324,27 @@ class SensorReader:
         if self._axles > 1:
             return self._shared(wheel, demand)
         last = wheel if self._estimate is None else self._estimate
-        self._estimate = where(
-            demand < self._none,
-            maximum(wheel, last - self._change),
-            minimum(wheel, last + self._change),
-        )
+        low = where(demand > self._none, wheel, maximum(wheel, last - self._change))
+        self._estimate = where(demand < self._none, low, minimum(low, last + self._change))
         return self._estimate
 
     def _shared(self, wheel: Any, demand: Any) -> Any:
         """Estimate of each vehicle from all of its wheel speeds, for each of its axles."""
-        wheels, brakes = (
-            wheel.reshape(-1, self._axles),
-            demand.reshape(-1, self._axles).sum(1) < 0.0,
-        )
-        reached = np.where(brakes, wheels.max(axis=1), wheels.min(axis=1))
-        change = np.where(brakes, -1.0, 1.0) * self._change[:: self._axles]
-        limit = reached if self._estimate is None else self._estimate + change
-        alone = np.where(brakes, reached < limit, reached > limit)
-        self._estimate = np.where(alone, limit, reached)
+        wheels, total = (x.reshape(-1, self._axles) for x in (wheel, demand))
+        total = total.sum(axis=1)
+        low, high = wheels.min(axis=1), wheels.max(axis=1)
+        last = 0.5 * (low + high) if self._estimate is None else self._estimate
+        reached = np.where(total > 0.0, low, np.where(total < 0.0, high, np.clip(last, low, high)))
+        step = np.inf if self._estimate is None else self._change[:: self._axles]
+        slowest, fastest = np.where(total > 0.0, -np.inf, last - step), last + step
+        self._estimate = np.clip(reached, slowest, np.where(total < 0.0, np.inf, fastest))
+        alone = self._estimate != reached
         self._alone = np.where(alone, self._alone + 1.0, 0.0)
         begins = (self._alone >= self._trial) & (self._trying <= 1.0)
         self._trying = np.where(begins, self._trial, np.maximum(self._trying - 1.0, 0.0))
         self._tried = self._tried + begins
         turn = (np.arange(self._axles) + self._tried[:, np.newaxis]) % self._axles == 0.0
+        turn = np.where(self._estimate[:, np.newaxis] < 0.0, turn[:, ::-1], turn)
         self.free = (turn & (self._trying[:, np.newaxis] > 0.0)).ravel()
         return np.repeat(self._estimate, self._axles)
 

@@ -64,7 +64,7 @@ class SeekingMemory(NamedTuple):
     observed : Observed
         State of the load observer.
     moments : Moments
-        Moments of load and creepage.
+        Moments of forward load and creepage, as the demand may turn.
     gain : ndarray
         Compliance / first compliance [1].
     phase : ndarray
@@ -93,8 +93,8 @@ class SlopeSeeking(SlipLimiter):
         Moment of inertia of the wheelset with its drive [kg.m2].
     delay : float, optional
         Delay of the sensors, a whole number of samples [s].
-    motor_lag : float, optional
-        Lag of the motor [s].
+    motor_lag, brake_lag : float, optional
+        Lags of the motor and of braking [s].
     first_compliance : float
         Initial reference creepage / load torque [1/(N.m)].
     minimum_load : float, optional
@@ -124,6 +124,7 @@ class SlopeSeeking(SlipLimiter):
     inertia: Annotated[float, INERTIA]
     delay: Annotated[float, DELAY] = 0.0
     motor_lag: Annotated[float, LAG] = 0.0
+    brake_lag: Annotated[float, LAG] = 0.0
     first_compliance: Annotated[float, Quantity("1/(N.m)", above=0.0)]
     minimum_load: Annotated[float, Quantity("N.m", at_least=0.0, usual=(0.0, 3e5))] = 0.0
     largest_reference: Annotated[float, Quantity("1", at_least=1e-4, percent=True)] = 0.08
@@ -165,6 +166,7 @@ class SlopeSeeking(SlipLimiter):
             inertia=self.inertia,
             delay=self.delay,
             motor_lag=self.motor_lag,
+            brake_lag=self.brake_lag,
             filter_time=self.observer_time,
         )
 
@@ -194,14 +196,17 @@ class SlopeSeeking(SlipLimiter):
         wheelset, sample_time = drivetrain.wheelset, given.get("sample_time", cls.sample_time)
         filter_time = given.get("speed_filter_time", cls.speed_filter_time)
         gains = slip_gains(drivetrain, pole=math.inf, sensors=sensors, sample_time=sample_time)
+        gains["proportional_gain"] *= AT_PEAK
+        if "proportional_gain" in given:
+            gains["brake_share"] = 1.0
         stick = sticking(wheelset, speed, sensors)
         known = {
             "radius": wheelset.radius,
             "inertia": wheelset.inertia,
             "delay": sensors.delay,
-            "motor_lag": min(drivetrain.lag, LAG.at_most),
-            "proportional_gain": AT_PEAK * gains[0],
-            "integral_gain": gains[1],
+            "motor_lag": drivetrain.motor.lag,
+            "brake_lag": min(drivetrain.brake_lag, LAG.at_most),
+            **gains,
             "minimum_slip": minimum_slip(sensors, sample_time, filter_time),
             "first_compliance": FIRST * stick["stick_compliance"],
             "minimum_load": MIN_TRACTION * wheelset.radius * wheelset.element.normal_load,
@@ -223,8 +228,8 @@ class SlopeSeeking(SlipLimiter):
         none = 0.0 * slip.speed
         return SeekingMemory(
             limiter,
-            self.observer.start(torque, known.wheel_speed, slip.speed),
-            Moments(abs(torque + none), maximum(slip.speed / slip.scale, 0.0), none, none),
+            self.observer.start(torque, known.wheel_speed, slip.sign * slip.speed),
+            Moments(torque + none, slip.sign * maximum(slip.speed / slip.scale, 0.0), none, none),
             none + 1.0,
             none,
         )
@@ -236,9 +241,14 @@ class SlopeSeeking(SlipLimiter):
         known = plausible(measurement)
         slip, vehicle = self.slip(known, memory.limiter)
         observed, load, slipped = self.observer.observe(
-            memory.observed, known.torque, known.wheel_speed, slip.speed
+            memory.observed,
+            known.torque,
+            known.wheel_speed,
+            slip.sign * slip.speed,
+            braking=slip.braking,
         )
-        load, creepage = slip.sign * load, slipped / slip.scale
+        load, creepage = slip.sign * load, slip.sign * slipped / slip.scale
+        last = memory.moments.turned(slip.sign)
         # What the noise allows at least is not below the reference: else the gain would wind up.
         minimum_load = maximum(self.minimum_load, MIN_TORQUE)
         first = self.first_compliance * maximum(load, minimum_load)
@@ -250,10 +260,10 @@ class SlopeSeeking(SlipLimiter):
         away = creepage - reference
         away = away * away
         # A load that changes more than the creepage indicates other rails, not a slope.
-        change = (load - memory.moments.load) / maximum(memory.moments.load, minimum_load)
+        change = (load - last.load) / maximum(last.load, minimum_load)
         moved = change * reference
         moments = add_sample(
-            memory.moments,
+            last,
             load,
             creepage,
             away=maximum(away, moved * moved),
@@ -270,7 +280,7 @@ class SlopeSeeking(SlipLimiter):
         near = HELD * HELD * reference * reference
         # A wheel that slows down towards the reference and takes the load along is on a rising
         # branch: the reference is too small. The moments exclude such samples.
-        before = memory.moments.creepage
+        before = last.creepage
         slowing = before - creepage
         falling = (slowing > NOISES * self.slip_noise / slip.scale) & (creepage > reference)
         falling = falling & (-change * before > STEEP * slowing)
@@ -289,4 +299,5 @@ class SlopeSeeking(SlipLimiter):
         torque, limiter = self.limit(
             slip, vehicle, reference * (1.0 + self.dither * wave), memory.limiter
         )
+        moments = moments.turned(slip.sign)
         return torque, SeekingMemory(limiter, observed, moments, gain, phase)

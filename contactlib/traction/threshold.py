@@ -31,6 +31,7 @@ from contactlib.traction.interface import (
     LOW_SPEED,
     SAMPLE_TIME,
     Measurement,
+    is_backward,
     plausible,
 )
 from contactlib.traction.search import Ranges, around_design
@@ -48,11 +49,11 @@ class ThresholdMemory(NamedTuple):
     vehicle : Tracked
         Filtered vehicle speed.
     slip, wheel_speed : ndarray
-        Filtered slip speed in the demand's direction, filtered wheel speed [m/s].
+        Filtered forward slip speed, filtered wheel speed [m/s].
     torque, cut_torque : ndarray
         Limit in the demand's direction, and the torque at the last cut [N.m].
-    cutting, limiting, braking : ndarray of bool
-        Whether the torque is being cut; was below the demand; and whether the demand was negative.
+    cutting, limiting, backward : ndarray of bool
+        Whether the torque is being cut; was below the demand; and whether the demand was backward.
     """
 
     vehicle: Tracked
@@ -62,7 +63,7 @@ class ThresholdMemory(NamedTuple):
     cut_torque: FloatArray
     cutting: NDArray[np.bool_]
     limiting: NDArray[np.bool_]
-    braking: NDArray[np.bool_]
+    backward: NDArray[np.bool_]
 
 
 def check_release(control: Any) -> None:
@@ -199,7 +200,7 @@ class ThresholdControl(Parameters):
             where(limiting, size, none),
             limiting & negated(limiting),
             limiting,
-            known.demand < 0.0,
+            is_backward(known.demand, vehicle),
         )
 
     def sample(
@@ -209,15 +210,16 @@ class ThresholdControl(Parameters):
         known = plausible(measurement)
         slip_gain, speed_gain = self._filter_gains
         vehicle = track(memory.vehicle, known.vehicle_speed, self._tracker_gains)
-        braking, demand = known.demand < 0.0, abs(known.demand)
+        backward, demand = is_backward(known.demand, vehicle.speed), abs(known.demand)
         forward = known.wheel_speed - vehicle.speed
-        slip = memory.slip + slip_gain * (where(braking, -forward, forward) - memory.slip)
+        forward = memory.slip + slip_gain * (forward - memory.slip)
+        slip = where(backward, -forward, forward)
         change = speed_gain * (known.wheel_speed - memory.wheel_speed)
-        acceleration = where(braking, -change, change) / self.sample_time
+        acceleration = where(backward, -change, change) / self.sample_time
         scale = maximum(abs(vehicle.speed), self.low_speed)
 
         # Unless limiting, the limit is the demand.
-        limiting = memory.limiting & (braking == memory.braking)
+        limiting = memory.limiting & (backward == memory.backward)
         torque = where(limiting, minimum(memory.torque, demand), demand)
         limit = maximum(self.slip_threshold * scale, self.minimum_slip)
         slipping = (slip > limit) | (acceleration > self.acceleration_threshold)
@@ -226,8 +228,8 @@ class ThresholdControl(Parameters):
         starts = slipping & negated(memory.cutting)
         cutting = (slipping | memory.cutting) & negated(back)
         # The drive may give less than was commanded last; a cut begins at what it gives.
-        given = maximum(where(braking, -known.torque, known.torque), 0.0)
-        less = (given < memory.torque) & (braking == memory.braking) & (starts | cutting)
+        given = maximum(where(backward, -known.torque, known.torque), 0.0)
+        less = (given < memory.torque) & (backward == memory.backward) & (starts | cutting)
         torque = where(less, minimum(torque, given), torque)
         cut_torque = where(starts, torque, memory.cut_torque)
 
@@ -238,13 +240,13 @@ class ThresholdControl(Parameters):
         up = where(torque < high, minimum(torque + step / self.reapply_time, high), torque + slow)
         torque = where(cutting, down, where(limiting, up, demand))
         torque = minimum(maximum(torque, 0.0), demand)
-        return where(braking, -torque, torque), ThresholdMemory(
+        return where(backward, -torque, torque), ThresholdMemory(
             vehicle,
-            slip,
+            forward,
             memory.wheel_speed + change,
             torque,
             cut_torque,
             cutting,
             torque < demand,
-            braking,
+            backward,
         )

@@ -202,7 +202,7 @@ class WheelSlideProtection(Parameters):
         """Memory of a brake at `torque` [N.m]."""
         known = plausible(measurement)
         vehicle, none = known.vehicle_speed, 0.0 * known.vehicle_speed
-        pressure = maximum(-(torque + none), 0.0)
+        pressure = maximum(where(vehicle < 0.0, torque + none, -(torque + none)), 0.0)
         tracked = Tracked(vehicle, none)
         return WspMemory(tracked, known.wheel_speed, pressure, none > 0.0, none, none)
 
@@ -226,7 +226,7 @@ class WheelSlideProtection(Parameters):
         vents = dives | ((slip > high) & negated(recovers))
         fills = (slip < self.slip_release / self.slip_threshold * high) & negated(dives)
 
-        demand = maximum(-known.demand, 0.0)
+        demand = maximum(where(backward, known.demand, -known.demand), 0.0)
         pulse, period, patience = self._samples
         filled = where(fills, memory.filled + 1.0, 0.0)
         empty = negated(fills) & (memory.pressure < EMPTY * demand)
@@ -238,5 +238,5 @@ class WheelSlideProtection(Parameters):
         target = where(vents & negated(overdue), 0.0 * demand, target)
         gain = where(target > memory.pressure, fill_gain, vent_gain)
         pressure = memory.pressure + gain * (target - memory.pressure)
-        torque = where(known.demand < 0.0, -target, known.demand)
+        torque = where(demand > 0.0, where(backward, target, -target), known.demand)
         return torque, WspMemory(vehicle, wheel, pressure, slid, filled, vented)

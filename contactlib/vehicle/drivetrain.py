@@ -71,9 +71,9 @@ class Brake(Parameters):
     """Friction brake of the axle, such as a pneumatic one with its dump valve.
 
     Negative torque goes to the brake and positive torque to the motor, whose limits do not apply to
-    the brake. The brake torque, in proportion to the pressure in the brake cylinder, follows its
-    command after a dead time by a first-order lag. It acts against the rotation of either wheel,
-    whatever its direction.
+    the brake. Each wheel has half of the brake torque, which, in proportion to the pressure in
+    the brake cylinder, follows its command after a dead time by a first-order lag. It acts against
+    the rotation of either wheel, whatever its direction.
 
     The pads of a wheel that stands hold it with the torque that it takes, up to the brake's. They
     give by up to 0.1 mm at the rim before they slide, and their holders damp them, so a vehicle
@@ -124,12 +124,11 @@ class Drivetrain(Parameters):
     brake: Brake | None = None
 
     @property
-    def lag(self) -> float:
-        """Longest time with which motor or brake lag behind their commands [s]."""
+    def brake_lag(self) -> float:
+        """Longest lag of braking behind its command [s]; the motor's, if there is no brake."""
         if self.brake is None:
             return self.motor.lag
-        slow = self.brake.delay + max(self.brake.fill_time, self.brake.vent_time)
-        return max(self.motor.lag, slow)
+        return self.brake.delay + max(self.brake.fill_time, self.brake.vent_time)
 
     @property
     def torsional_frequency(self) -> float:

@@ -15,6 +15,7 @@ from contactlib import stability
 from contactlib.traction import Measurement, Sensors, total_delay
 from contactlib.traction.design import peak_creepage, slip_gains
 from contactlib.vehicle import Drivetrain
+from contactlib.vehicle.drivetrain import Brake, Motor
 
 
 def linearised_loop(
@@ -101,12 +102,38 @@ def test_designed_gains_are_robust(locomotive: cl.Model) -> None:
     for product, bound in ((0.0, 1.6), (0.15, 1.75), (0.3, 2.7)):
         pole = product / delay
         gains = slip_gains(drivetrain, pole=pole, sensors=SENSORS, sample_time=STEP)
-        proportional, integral = (gain * radius / inertia for gain in gains)
+        names = ("proportional_gain", "integral_gain")
+        proportional, integral = (gains[name] * radius / inertia for name in names)
         s = 1j * np.geomspace(1e-2, 1e3, 20001)
         loop = (proportional + integral / s) * np.exp(-delay * s) / (s - pole)
         assert np.abs(1.0 / (1.0 + loop)).max() < bound
         window = stability.proportional_window(pole, delay=delay)
         assert 2.1 * window.lowest < proportional < window.highest / 2.1
+
+
+@pytest.mark.parametrize("kind", ["creep_pi", "slope_seeking"])
+def test_traction_and_braking_each_have_the_gains_of_their_own_lag(
+    locomotive: cl.Model, kind: str
+) -> None:
+    """Those of a motor with that lag; gains that a file gives hold in both."""
+    brake = Brake(fill_time=0.6, vent_time=0.2, delay=0.04)
+    plain, braked = Drivetrain(locomotive.wheelset), Drivetrain(locomotive.wheelset, brake=brake)
+    slow = replace(plain, motor=Motor(lag=0.64))
+
+    def design(drivetrain: Drivetrain, **given: Any) -> Any:
+        known = {"speed": 10.0, "sensors": SENSORS, "sample_time": STEP, **given}
+        return cl.CONTROLLERS[kind].for_drivetrain(drivetrain, **known)
+
+    quick, both, late = map(design, (plain, braked, slow))
+    share = both.brake_share
+    assert share < 0.2
+    assert (both.proportional_gain, both.integral_gain) == (
+        quick.proportional_gain,
+        quick.integral_gain,
+    )
+    assert share * both.proportional_gain == pytest.approx(late.proportional_gain, rel=1e-12)
+    assert share**2 * both.integral_gain == pytest.approx(late.integral_gain, rel=1e-12)
+    assert quick.brake_share == design(braked, proportional_gain=1e5).brake_share == 1.0
 
 
 def test_noise_bounds_the_gain(locomotive: cl.Model) -> None:

@@ -22,6 +22,7 @@ def test_load_is_what_does_not_accelerate_whatever_the_drive_gives(delay: int) -
         inertia=INERTIA,
         delay=delay * STEP,
         motor_lag=0.0,
+        brake_lag=0.0,
         filter_time=0.04,
     )
     speed = RADIUS * np.concatenate([np.full(delay, omega[0]), omega])

@@ -45,11 +45,12 @@ def test_the_valve_has_three_positions(
     vehicle, step = 20.0, control.sample_time
 
     def seen(wheel: float) -> Measurement[Any]:
-        return Measurement(DEMAND, way * wheel, way * vehicle, 0.4 * DEMAND)
+        return Measurement(way * DEMAND, way * wheel, way * vehicle, 0.4 * way * DEMAND)
 
     wheel = (1.0 - slip) * vehicle
-    memory = control.start(seen(wheel - acceleration * step), 0.4 * DEMAND)
+    memory = control.start(seen(wheel - acceleration * step), 0.4 * way * DEMAND)
     torque, memory = control.sample(seen(wheel), memory)
+    torque = way * torque
     expected = {"vent": 0.0, "hold": 0.4 * DEMAND, "fill": DEMAND}[position]
     assert torque == pytest.approx(expected)
     time = {"vent": BRAKE.vent_time, "hold": np.inf, "fill": BRAKE.fill_time}[position]
