@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
 from contactlib.base.text import known_names
@@ -28,6 +28,7 @@ from contactlib.files.rail_conditions import (
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
+    doubt,
     file_beside,
     in_file,
     loading,
@@ -202,9 +203,14 @@ class Scenario(Parameters):
         Forward speed at the start [m/s]. Omit it in a file if, and only if, the file gives
         `held_speed`.
     design_speed : float
-        Speed at which the controllers are designed [m/s]. A file's default: the initial speed.
+        Speed at which the controllers are designed [m/s]. A file's default: that at the
+        start.
     duration : float
         Duration of a run [s].
+    start : str, optional
+        State at 0 s: "applied", steady under the first demand, with the brake filled if that
+        brakes; or "released", coasting, so that motor and brake follow a first demand with their
+        lags. Default: "applied".
     sensors : Sensors
         Delay and errors of the speeds that the controllers measure.
     controllers : mapping
@@ -235,6 +241,7 @@ class Scenario(Parameters):
     initial_speed: Annotated[float, SPEED]
     design_speed: Annotated[float, replace(SPEED, above=0.0, at_least=-math.inf)]
     duration: Annotated[float, Quantity("s", above=0.0, at_most=1e6)]
+    start: Literal["applied", "released"] = "applied"
     sensors: Sensors
     controllers: Mapping[str, Controller | ContinuousController | ControllerDesign]
     _designed: Mapping[str, Controller | ContinuousController] = field(
@@ -304,6 +311,7 @@ class Scenario(Parameters):
             "[track]": self.track != Track(),
             "[wheel_load]": self.wheel_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
+            'run.start = "released"': self.start == "released",
         }
         if present := [part for part, stands in between.items() if stands]:
             raise ValueError(
@@ -551,12 +559,19 @@ def build_scenario(
     initial_speed, held_speed = cache(
         "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
-    design_speed = run.get("design_speed", initial_speed)
+    design_speed = run.get("design_speed", abs(initial_speed))
     if design_speed < wheelset.element.minimum_speed:
         given = "=" if "design_speed" in run else "is missing, and the initial speed"
         raise ValueError(
             f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
+        )
+    first = float(made["demand"](0.0))
+    if made["brake"] and first < 0.0 and initial_speed != 0.0 and "start" not in run:
+        doubt(
+            "run.start",
+            f"demand = {first:g} N.m at 0 s: the run begins with the brake filled; for a stop that "
+            'begins with the demand, run.start = "released"',
         )
     return Scenario(
         name=data["name"],

@@ -39,32 +39,36 @@ def start(
     inputs : ndarray
         Kernel inputs of the first row; their torque is not used.
     demand : ndarray
-        Demanded torque at the start [N.m]; that of a brake acts at any speed.
+        Torque at the start [N.m]; that of a brake acts at any speed, against the motion.
     creepage : float, optional
-        Creepage at the start [1]. Default: steady under the demand; zero at standstill and
-        backward.
+        Creepage at the start [1]. Default: steady under the torque; zero at standstill.
     """
     states = np.zeros(fleet.size, kernel.drivetrain_dtype("state"))
     bodies = [scenario.drivetrain.wheelset for scenario in scenarios]
     speed = np.array([scenario.initial_speed for scenario in scenarios])
     slowest = np.array([body.element.minimum_speed for body in bodies])
     radius = np.array([body.radius for body in bodies])
-    moving = speed >= slowest
+    moving = np.abs(speed) >= slowest
+    direction = np.where(speed < 0.0, -1.0, 1.0)
     states["speed"] = speed
-    torque = np.where(moving, demand, 0.0)
     braked = np.array([scenario.drivetrain.brake is not None for scenario in scenarios])
-    states["brake_torque"] = np.where(braked, np.maximum(-demand, 0.0), 0.0)
+    torque = np.where(moving, demand, 0.0)
+    motor = np.where(braked, np.maximum(torque, 0.0), torque)
+    states["drive_torque"] = motor
+    states["brake_torque"] = braking = np.where(braked, np.maximum(-demand, 0.0), 0.0)
     states["pads_left"] = states["pads_right"] = np.where(braked, np.sign(speed), 0.0)
-    states["drive_torque"] = np.where(braked, np.maximum(torque, 0.0), torque)
 
     refused: dict[int, ValueError] = {}
     if creepage is not None:
         creepages = np.full(fleet.size, creepage)
     elif moving.any():
-        creepages, limit = fleet.grip(inputs, speed, demand)
+        ahead = inputs.copy()  # as seen in the direction of motion
+        for name in ("grade", "acceleration"):
+            ahead[name] *= direction
+        creepages, limit = fleet.grip(ahead, np.abs(speed), direction * motor - braking)
         for i in np.flatnonzero(np.isnan(creepages) & moving).tolist():
-            refused[i] = ValueError(beyond_grip(float(demand[i]), float(limit[i])))
-        creepages = np.where(moving & ~np.isnan(creepages), creepages, 0.0)
+            refused[i] = ValueError(beyond_grip(float(demand[i]), float(direction[i] * limit[i])))
+        creepages = direction * np.where(moving & ~np.isnan(creepages), creepages, 0.0)
     else:
         creepages = np.zeros(fleet.size)
     omega = (speed + creepages * np.maximum(np.abs(speed), slowest)) / radius
@@ -74,7 +78,7 @@ def start(
         states[f"held_{side}"] = steady[f"steady_{side}"]
         states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
         states[f"outer_{side}"] = steady[f"steady_outer_{side}"]
-    _twist(scenarios, fleet, inputs, states, torque, creepages)
+    _twist(scenarios, fleet, inputs, states, creepages)
     return Start(states, torque, refused)
 
 
@@ -83,7 +87,6 @@ def _twist(
     fleet: kernel.NativeFleet,
     inputs: Any,
     states: Any,
-    torque: FloatArray,
     creepage: FloatArray,
 ) -> None:
     """Twist elastic axles such that both wheels keep their creepage."""
@@ -94,10 +97,11 @@ def _twist(
         wheelset, axle = scenario.drivetrain.wheelset, scenario.drivetrain.axle
         if axle is None:
             continue
-        # J/2 (1 + zeta)/r dV/dt = share T - r Q_left - b/2 omega - k twist
-        gained = (1.0 + creepage[i]) / wheelset.radius
+        # J/2 (1 + zeta)/r dV/dt = share T - T_brake/2 - r Q_left - b/2 omega - k twist
+        gained = (1.0 + creepage[i] * np.sign(states["speed"][i])) / wheelset.radius
         lost = wheelset.radius * there["creep_force_left"][i]
         lost += 0.5 * wheelset.damping * states["omega_left"][i]
         lost += 0.5 * wheelset.inertia * gained * there["speed_rate"][i]
-        given = axle.drive_share * torque[i]
+        given = axle.drive_share * states["drive_torque"][i]
+        given -= 0.5 * states["brake_torque"][i] * states["pads_left"][i]
         states["twist"][i] = (given - lost) / axle.stiffness

@@ -155,11 +155,11 @@ class Drives:
         limited = minimum(maximum(torque, last - self._change), last + self._change)
         return self._or_braking(requested, limited)
 
-    def acting(self, demand: Numbers, speed: Numbers) -> Numbers:
-        """The demand as a torque on the axle [N.m]: a brake acts against the motion."""
+    def turn(self, demand: Numbers, speed: Numbers) -> Numbers:
+        """-1 where the demand of a brake acts forward, against the motion, else 1."""
         if not self._has_brakes:
-            return demand
-        return where(self._braked & (demand < 0.0) & (speed < 0.0), -demand, demand)
+            return 1.0
+        return where(self._braked & (demand < 0.0) & (speed < 0.0), -1.0, 1.0)
 
     def _or_braking(self, torque: Numbers, limited: Numbers) -> Numbers:
         """Limited torque of a motor, or the whole torque of a brake."""
@@ -337,8 +337,8 @@ class Plant:
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     initial_creepage : float, optional
-        Creepage at the start [1]. Default: steady under the first demand; zero at standstill and
-        backward.
+        Creepage at the start [1]. Default: steady under the first torque, which is the demand or
+        zero, as the scenario's `start` says; zero at standstill.
 
     Attributes
     ----------
@@ -366,6 +366,7 @@ class Plant:
 
     _units = UNITS
     axles = 1  # that share one speed
+    _behind: Any = 0.0  # distance of each axle behind the first one of its vehicle [m]
     measured_speed: Any = None  # of the block's rows [m/s], of a vehicle
 
     def __init__(
@@ -587,17 +588,20 @@ class Plant:
         self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
         demand, held = self._ahead(0, 1)
-        speed = np.array([one.initial_speed for one in self._scenarios])
-        limit = self._limit_at(np.zeros(n))
-        self._demand = self._drives.possible(_numbers(demand[0]), _numbers(speed), limit)
         for name, values in held.items():
             self._inputs[name][0] = values[0]
         self._states: Any = np.zeros(n, kernel.drivetrain_dtype("state"))
+        self._states["distance"] = -self._behind
+        self._demand = self._possible(
+            demand[0], np.array([one.initial_speed for one in self._scenarios])
+        )
         self._connect()
         self._advance(0, 0, 0.0)  # sets the friction at the start
-        demands = np.full(n, self._demand)
-        begin = start(self._scenarios, self.fleet, self._inputs[0], demands, self._creepage)
+        applied = np.array([one.start == "applied" for one in self._scenarios])
+        torque = np.where(applied, self._demand, 0.0)
+        begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
         self._states[:], self.refused = begin.states, begin.refused
+        self._states["distance"] = -self._behind
         self._torque = _numbers(begin.torque)
         self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
         self._braking: Numbers = 0.0
@@ -605,16 +609,21 @@ class Plant:
 
     def _measured(self, demand: FloatArray) -> Measurement[Any]:
         """Read the sensors; the drive's power limits the demand [N.m]."""
+        self._demand = self._possible(demand, self._states["speed"])
         speed = _numbers(self._states["speed"])
-        limit = self._limit_at(self._states["distance"])
-        self._demand = self._drives.possible(_numbers(demand), speed, limit)
         rim = self._radius * self._turning()
-        acting = self._drives.acting(self._demand, speed)
+        self._turn = self._drives.turn(self._demand, speed)
+        acting = self._turn * self._demand
         wheel, vehicle = self._reader.read(rim, speed, acting)
-        return Measurement(self._demand, wheel, vehicle, self._torque, (wheel,))
+        return Measurement(acting, wheel, vehicle, self._turn * self._torque, (wheel,))
+
+    def _possible(self, demand: FloatArray, speed: FloatArray) -> Numbers:
+        """Part of the demand [N.m] that the drives and the limits of the line allow at a speed."""
+        limit = self._limit_at(self._states["distance"])
+        return self._drives.possible(_numbers(demand), _numbers(speed), limit)
 
     def _limit_at(self, distance: FloatArray) -> Numbers | None:
-        """Speed limits of the places of first axles [m/s]; None if no track has any."""
+        """Speed limits of the places of vehicles [m/s]; None if no track has any."""
         return _numbers(self.speed_limit(distance)) if self.has_limits else None
 
     @cached_property
@@ -623,12 +632,13 @@ class Plant:
         return any(track.speed_limit is not None for track in self.tracks)
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:
-        """Speed limits at distances (..., n) of n wheelsets or axles [m/s]: of the first axles."""
+        """Speed limits at distances (..., n) of n wheelsets [m/s]: for all axles, the lowest."""
         limits = np.full(distance.shape, np.inf)
         for i, track in enumerate(self.tracks):
             if track.speed_limit is not None:
-                limits[..., i] = track.speed_limit(distance[..., i - i % self.axles])
-        return limits
+                limits[..., i] = track.speed_limit(distance[..., i])
+        lowest = limits.reshape(*limits.shape[:-1], -1, self.axles).min(axis=-1)
+        return np.repeat(lowest, self.axles, axis=-1)
 
     def _turning(self) -> Numbers:
         """Mean angular velocity of the wheels [rad/s]."""
@@ -636,7 +646,8 @@ class Plant:
         return 0.5 * (_numbers(left) + _numbers(right))
 
     def _command(self, requested: Numbers) -> None:
-        """Command the drives a torque until the next sample [N.m]."""
+        """Command the drives a torque until the next sample [N.m], as a torque on the axle."""
+        requested = self._turn * requested
         self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
         if self._brakes is not None:
             self._braking = self._brakes.command(np.full(len(self.trains), self._torque))
@@ -785,11 +796,10 @@ class Runs(Plant):
 
     def _control_at(self, row: int, measured: Measurement[FloatArray]) -> None:
         """Command the torque that the controller returns for a measurement."""
-        torque: Any = self._torque
         if len(self.trains) == 1 and not isinstance(self._control, (Parameters, Copies)):
-            measured, torque = measured.each(lambda part: np.full(1, part)), np.full(1, torque)
+            measured = measured.each(lambda part: np.full(1, part))
         if row == 0:
-            self._memory = self._called("start", row, measured, torque)
+            self._memory = self._called("start", row, measured, measured.torque)
         answer = self._called("sample", row, measured, self._memory)
         shape = self.failed.shape
         if row == 0 and not (

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from contactlib import kernel
+from contactlib.base.elementwise import Numbers
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.units import STANDARD_GRAVITY
@@ -21,7 +20,7 @@ from contactlib.runs.derived_columns import UNITS
 from contactlib.runs.plant import Runs, Timing
 from contactlib.runs.result import WORKS, Result
 from contactlib.traction.interface import Measurement, TractionController
-from contactlib.vehicle.track import Profile, RailState
+from contactlib.vehicle.track import RailState
 from contactlib.vehicle.vehicle import MAX_AXLES, Vehicle
 
 if TYPE_CHECKING:
@@ -41,39 +40,12 @@ TOTALS = (
 
 
 def axles_of(scenario: Scenario) -> list[Scenario]:
-    """The scenario of each axle of a vehicle, with the part of the demand that it has."""
+    """The scenario of each axle of a vehicle, as a wheelset that is driven and braked."""
     vehicle = scenario.vehicle
     if vehicle is None:
         raise ValueError("scenario.vehicle = None has no axles: run_scenario runs one wheelset")
     designed = {name: scenario.any_controller(name) for name in scenario.controllers}
-    return [
-        replace(
-            scenario,
-            vehicle=None,
-            demand=demand_of_axle(scenario.demand, vehicle, number),
-            controllers=designed,
-        )
-        for number in range(1, vehicle.axles + 1)
-    ]
-
-
-def demand_of_axle(demand: Profile, vehicle: Vehicle, number: int) -> Profile:
-    """The demand [N.m], without its traction or braking where the axle of a number has none."""
-    driven = not vehicle.driven or number in vehicle.driven
-    braked = not vehicle.braked or number in vehicle.braked
-    low, high = 0.0 if not braked else -math.inf, 0.0 if not driven else math.inf
-    if low <= min(demand.value) and max(demand.value) <= high:
-        return demand
-    at, value = list(demand.at), list(demand.value)
-    for (t0, a), (t1, b) in pairwise(zip(demand.at, demand.value, strict=True)):
-        if a * b < 0.0 and t1 > t0:  # a corner where the demand changes its sign
-            at.append(t0 + (t1 - t0) * a / (a - b))
-            value.append(0.0)
-    order = np.argsort(at, kind="stable")
-    return Profile(
-        tuple(np.array(at)[order].tolist()),
-        tuple(np.clip(np.array(value)[order], low, high).tolist()),
-    )
+    return [replace(scenario, vehicle=None, controllers=designed)] * vehicle.axles
 
 
 class VehicleRuns(Runs):
@@ -100,7 +72,14 @@ class VehicleRuns(Runs):
     ) -> None:
         self._vehicles = [scenario.vehicle for scenario in scenarios if scenario.vehicle]
         self.axles = self._vehicles[0].axles
+        self._behind = np.concatenate([vehicle.position for vehicle in self._vehicles])
         self._numbers = np.tile(np.arange(1, self.axles + 1), len(self._vehicles))
+        lists = [(one.driven, one.braked) for one in self._vehicles]
+        self._driven, self._braked = (  # factors on demands of traction and of braking
+            np.concatenate([np.isin(numbers, some) if some else numbers > 0 for some in given])
+            for numbers in [self._numbers[: self.axles]]
+            for given in zip(*lists, strict=True)
+        )
         super().__init__(
             [axle for scenario in scenarios for axle in axles_of(scenario)],
             control,
@@ -119,6 +98,12 @@ class VehicleRuns(Runs):
             wheel_speeds=tuple(speeds.T),
             axle=self._numbers,
         )
+
+    def _possible(self, demand: FloatArray, speed: FloatArray) -> Numbers:
+        """The demand, but only of traction or braking where an axle has but one of both."""
+        with_brake = np.array([train.brake is not None for train in self.trains])
+        brakes = np.where(with_brake, demand < 0.0, demand * speed < 0.0)
+        return super()._possible(demand * np.where(brakes, self._braked, self._driven), speed)
 
     def _native(self) -> kernel.NativeFleet:
         tracks = (track.native for track in self.tracks)
@@ -140,7 +125,6 @@ class VehicleRuns(Runs):
         self._load = self._target = self._before = self._at_rest.ravel()
         for _ in range(SETTLING):
             super()._begin(index)
-            self._states["distance"] = np.tile(0.0, lags.size) - self._behind()
             self._find_forces(0)
             self._load = self._target = self._before = self._half_loads(0)
         distance = np.reshape(self._states["distance"], (-1, self.axles))
@@ -172,10 +156,6 @@ class VehicleRuns(Runs):
             static.append(0.5 * (at_rest + by_grade.sum(axis=1) * body.resistance.grade))
             derivatives.append(0.5 * np.hstack(parts))
         return np.stack(static), np.stack(derivatives)
-
-    def _behind(self) -> FloatArray:
-        """Distance of each axle behind the first one of its vehicle [m]."""
-        return np.concatenate([vehicle.position for vehicle in self._vehicles])
 
     def _half_loads(self, place: int) -> FloatArray:
         """Half of the loads of the axles under the present forces, by statics [N]."""

@@ -162,8 +162,8 @@ class Track:
         vehicle's own grade [1]. Default: 0. Each axle meets the grade of its own place.
     speed_limit : Profile, optional
         Speed over distance [m] from which the driver demands no traction [m/s]: the demand falls
-        linearly to zero over the last 1 m/s below that of the place of the first axle. Braking
-        remains. Default: none.
+        linearly to zero over the last 1 m/s below the lowest one under any axle. Braking remains.
+        Default: none.
     cleaning : float, optional
         Inverse of the slip work per length of one rail for 63 % of the recovery of friction [m/J].
         Default: 0, slip does not clean the rails.
@@ -443,7 +443,7 @@ class Track:
         return tuple((profile.at, profile.value) for profile in profiles)
 
 
-CELL = 0.1  # length of rail with one friction [m]
+CELL = 0.1  # length of rail with one friction [m]; the run begins in the middle of one
 
 
 class RailState:
@@ -511,7 +511,7 @@ class RailState:
         return self._work[self._train, places].reshape(self._shape)
 
     def _cells(self, distance: FloatArray) -> NDArray[np.intp]:
-        return np.floor(np.ravel(distance) / CELL).astype(np.intp)
+        return np.rint(np.ravel(distance) / CELL).astype(np.intp)
 
     def _places(self, cells: NDArray[np.intp]) -> NDArray[np.intp]:
         """Where the work of cells is kept; makes room for cells that are new."""

@@ -102,6 +102,42 @@ def test_loads_are_those_of_statics_and_energy_closes() -> None:
     assert_array_equal(result["distance"][0], -np.array(vehicle.position))
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.06, 0.4])
+def test_loads_follow_statics_with_their_lag(lag: float) -> None:
+    """dP/dt = (P_statics - P)/lag by SciPy, with statics from the run's own forces.
+
+    The load of a row is held over it: it is that of its middle.
+    """
+    jump = cl.Profile(at=(0.3, 0.4), value=(0.0, 26e3))
+    scenario = shipped(track=Track(), sensors=Sensors(), demand=jump)
+    assert scenario.vehicle is not None
+    scenario = replace(scenario, vehicle=replace(scenario.vehicle, load_lag=lag), duration=1.5)
+    run, time = run_vehicle(scenario, "open_loop", step=0.0025), np.arange(0.0, 1.45, 0.05)
+    statics = run.vehicle.loads(
+        run["creep_force"],
+        acceleration=run.axles[0]["acceleration"],
+        radius=scenario.drivetrain.wheelset.radius,
+    )
+    assert np.ptp(statics[:, 0]) > 1e4
+    for axle in range(4):
+
+        def static(t: Any, axle: int = axle) -> Any:
+            return np.interp(t, run.time, statics[:, axle])
+
+        known = static(time)
+        if lag > 0.0:
+            known = solve_ivp(
+                lambda t, p, s=static: [(s(t) - p[0]) / lag],
+                (0.0, run.time[-1]),
+                [static(0.0)],
+                t_eval=time,
+                rtol=1e-8,
+                max_step=0.01,
+            ).y[0]
+        load = np.interp(time, run.time + 0.00125, run["normal_load"][:, axle])
+        assert_allclose(load, known, rtol=0.0, atol=2e-3 * np.ptp(statics[:, axle]))
+
+
 def ramp(torque: float) -> cl.Profile:
     return cl.Profile(at=(0.5, 1.5), value=(0.0, torque))
 
@@ -131,16 +167,17 @@ def test_sensors_of_the_axles_err_independently_and_repeat() -> None:
     assert np.abs(np.corrcoef(noise.T) - np.eye(4)).max() < 0.2
 
 
-def test_driven_and_braked_axles() -> None:
-    scenario = shipped()
+@pytest.mark.parametrize("direction", [1.0, -1.0], ids=["forward", "in reverse"])
+def test_driven_and_braked_axles(direction: float) -> None:
+    """Each has its part of the demand, by its sign in the direction of motion."""
+    demand = cl.Profile(at=(0.0, 1.0, 1.0), value=(1e4 * direction, 1e4 * direction, -direction))
+    scenario = shipped(initial_speed=8.0 * direction, demand=demand)
     assert scenario.vehicle is not None
     half = replace(scenario.vehicle, driven=(1, 2), braked=(3, 4))
-    demand = cl.Profile(at=(0.0, 2.0, 4.0), value=(1e4, 1e4, -1e4))
-    parts = axles_of(replace(scenario, vehicle=half, demand=demand))
-    time = np.linspace(0.0, 5.0, 101)
-    for number, part in enumerate(parts, 1):
-        limit = np.maximum if number < 3 else np.minimum
-        assert_allclose(part.demand(time), limit(demand(time), 0.0), atol=1e-9)
+    scenario = replace(scenario, vehicle=half, duration=2.0, track=Track())
+    run = run_vehicle(scenario, "open_loop")
+    expected = np.array([[1e4, 1e4, 0.0, 0.0], [0.0, 0.0, -1.0, -1.0]])
+    assert_array_equal(run["commanded_torque"][[100, -1]], direction * expected)
 
 
 def test_many_are_one_by_one() -> None:

@@ -173,11 +173,28 @@ def test_many_are_one_by_one() -> None:
         np.testing.assert_array_equal(together[signal], [plant[signal] for plant in singles])
 
 
-def test_designs_know_the_slowest_response() -> None:
+def test_each_direction_is_designed_for_its_own_response() -> None:
     case = braking(BRAKE, Motor(lag=0.01))
-    assert case.drivetrain.lag == pytest.approx(0.34)
-    late = total_delay(case.drivetrain, case.sensors, 0.01)
-    assert late == pytest.approx(0.34 + case.sensors.delay + 0.005)
+    for lag, brakes in ((0.01, False), (0.34, True)):
+        late = total_delay(case.drivetrain, case.sensors, 0.01, braking=brakes)
+        assert late == pytest.approx(lag + case.sensors.delay + 0.005)
+
+
+def test_a_stop_may_begin_with_its_demand() -> None:
+    """Released, a demand at 0 s is one of later; applied, the brake is full from the start."""
+
+    def held(since: float) -> cl.Profile:
+        return cl.Profile(at=(since, since), value=(0.0, -9e3))
+
+    later = run(braking(BRAKE, demand=held(1.0)))
+    speed = float(later["speed"][np.searchsorted(later.time, 1.0)])
+    begins = braking(BRAKE, demand=held(0.0), initial_speed=speed, duration=4.0)
+    released, applied = run(replace(begins, start="released")), run(begins)
+    after = slice(np.searchsorted(later.time, 1.0), None)
+    for signal in ("speed", "creep_force", "drive_torque"):
+        scale = np.abs(later[signal]).max()
+        np.testing.assert_allclose(released[signal], later[signal][after], atol=1e-6 * scale)
+    np.testing.assert_allclose(applied["drive_torque"], -9e3, rtol=1e-9)
 
 
 @pytest.mark.parametrize("key", ["fill_time", "vent_time", "delay"])
