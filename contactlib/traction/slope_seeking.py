@@ -93,8 +93,10 @@ class SlopeSeeking(SlipLimiter):
         Moment of inertia of the wheelset with its drive [kg.m2].
     delay : float, optional
         Delay of the sensors, a whole number of samples [s].
-    motor_lag, brake_lag : float, optional
-        Lags of the motor and of braking [s].
+    motor_lag : float, optional
+        Lag of the motor [s].
+    brake_lag : float, optional
+        Lag of braking [s].
     first_compliance : float
         Initial reference creepage / load torque [1/(N.m)].
     minimum_load : float, optional

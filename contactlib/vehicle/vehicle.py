@@ -97,7 +97,7 @@ class Vehicle(Parameters):
     ...     train_mass=480e3, body_height=1.8, bogie_height=0.6, pivot_height=0.4,
     ...     coupler_height=1.04)
     >>> (four.loads([50e3] * 4, acceleration=0.2, radius=0.5) / 1e3).round(1).tolist()
-    [200.5, 227.6, 213.7, 240.8]
+    [199.9, 227.0, 214.3, 241.4]
     """
 
     position: Annotated[Values, Quantity("m", at_least=0.0, at_most=100.0)]
