@@ -303,7 +303,8 @@ def number(where: str, value: object, quantity: Quantity) -> float:
     else:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(si_value):
-        raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}")
+        hint = f"; {quantity.doubtful}" if quantity.doubtful else ""
+        raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}{hint}")
     if quantity.whole and si_value != int(si_value):
         raise ValueError(f"{where} = {value!r} must be a whole number")
     if text := quantity.doubt(where, si_value):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,11 @@ from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.files.rail_conditions import placeholder_lists
 from contactlib.files.reading import doubt, file_beside, in_file, text
-from contactlib.vehicle.track import FACTOR, LISTS, Track
+from contactlib.vehicle.track import FACTOR, GRADIENT, LISTS, RAILS, Track
 
 COLUMNS = ("distance", *LISTS, "condition")
 COEFFICIENT = 0.5  # of dry rails, at most
+FASTEST = 50.0  # a speed limit above this without a unit is probably in km/h [m/s]
 MAX_MAP_BYTES = 10_000_000  # some 500 000 rows, which Python reads in a few seconds
 
 
@@ -76,12 +78,16 @@ def read_track_map(path: Path) -> dict[str, Any]:
         factor = unit_value(unit, limits.unit) if unit else 1.0
         if factor is None:
             raise ValueError(f"line {line}: {name} {not_in(unit, limits.unit)}")
+        if name == "slope" and factor != 1.0:
+            raise ValueError(f"line {line}: {cell} has a unit; {GRADIENT}")
+        if name == "speed_limit" and not unit:
+            _doubt_limits(f"line {line}: ", column.tolist())
         bad = np.flatnonzero(~limits.allows(factor * column))
         if bad.size:
             place = int(bad[0])
             raise ValueError(
                 f"line {body[place][0]}: {cell} = {float(column[place])!r} is out of range: must "
-                f"be {limits}"
+                f"be {limits}" + (f"; {limits.doubtful}" if limits.doubtful else "")
             )
         values[name] = (factor * column).tolist()
         if unit and name.startswith("friction"):
@@ -105,7 +111,11 @@ def read_track_map(path: Path) -> dict[str, Any]:
 def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Contents of a scenario file in `folder`, with the lists of the map that its track names."""
     track = data.get("track")
-    if not isinstance(track, Mapping) or "map" not in track:
+    if not isinstance(track, Mapping):
+        return data
+    limits = values if isinstance(values := track.get("speed_limit"), list) else []
+    _doubt_limits("track.", [value for value in limits if isinstance(value, float | int)])
+    if "map" not in track:
         return data
     name = text("track.map", track["map"])
     if lists := [key for key in COLUMNS if key in track]:
@@ -117,8 +127,23 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**data, "track": {**columns, **track}}
 
 
+def _doubt_limits(where: str, bare: Sequence[float]) -> None:
+    """Doubt speed limits that a file gives without a unit."""
+    largest = max(bare, default=0.0)
+    if largest > FASTEST:
+        doubt(
+            "track.speed_limit",
+            f"{where}speed_limit = {largest:g} has no unit, so it is in m/s, where up to "
+            f"{FASTEST:g} is usual; is it in km/h? then write the unit",
+        )
+
+
 def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
-    """Track of a file's section; factors that look like friction coefficients are doubted."""
+    """Track of a file's section, with doubts about what its lists are.
+
+    Factors may look like friction coefficients, a slope like a gradient, and a table whose speed
+    limits change at places that stand once like one of sections.
+    """
     given = placeholder_lists(condition, given) if condition else given
     track = Track.from_breakpoints(**given)
     sides = track.friction_left, track.friction_right or track.friction_left
@@ -130,4 +155,19 @@ def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
             "friction; are they friction coefficients? then set track.unit = 'coefficient', else "
             "'factor'",
         )
+    if "slope" in given and not any(key in given for key in RAILS[:3]):
+        doubt("track.slope", f"track: slope without friction: {GRADIENT}")
+    ramps = [key for key in LISTS if _ramps(given.get("distance", ()), given.get(key, ()))]
+    if "between" not in given and "speed_limit" in ramps[1:]:
+        doubt(
+            "track.between",
+            f"track: speed_limit changes in steps, {' and '.join(ramps[:-1])} linearly between "
+            "places; is it a table of sections? then set track.between = 'steps', else 'linear'",
+        )
     return track
+
+
+def _ramps(at: Sequence[float], values: Sequence[float]) -> bool:
+    """Whether values change from one place to another, and not only at places given twice."""
+    rows = pairwise(zip(at, values, strict=False))
+    return any(a != b and v != w for (a, v), (b, w) in rows)

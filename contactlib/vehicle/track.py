@@ -1,4 +1,4 @@
-"""Piecewise linear profiles, and the track: factors on friction and slope, and grades."""
+"""Profiles by breakpoints or in steps, and the track: factors on friction and slope, and grades."""
 
 from __future__ import annotations
 
@@ -76,6 +76,32 @@ class Profile:
         """`value` itself if it is a profile, else a constant."""
         return value if isinstance(value, Profile) else cls((0.0,), (value,))
 
+    @classmethod
+    def steps(cls, at: ArrayLike, value: ArrayLike) -> Profile:
+        """Profile of sections: each value holds from its place to the next.
+
+        Of a place given twice the second value holds. The first is that of either side, as where
+        another list of the same table jumps.
+
+        Examples
+        --------
+        >>> Profile.steps((0.0, 500.0), (11.0, 30.0))([-1.0, 499.0, 500.0]).tolist()
+        [11.0, 11.0, 30.0]
+        """
+        rows = cls(at, value)  # type: ignore[arg-type]
+        before, points = rows.value[0], list[tuple[float, float]]()
+        last = dict(zip(rows.at, rows.value, strict=True))
+        for i, (place, given) in enumerate(zip(rows.at, rows.value, strict=True)):
+            if given not in (before, last[place]):
+                raise ValueError(
+                    f"at = {place!r} has the values {given!r} and {last[place]!r}, and that of the "
+                    f"section before is {before!r}: in steps each value holds to the next place"
+                )
+            if rows.at[i + 1 : i + 2] != (place,):
+                points += [(place, before)] * (given != before) + [(place, given)]
+                before = given
+        return cls(*zip(*points, strict=True))
+
     def __call__(self, at: ArrayLike) -> FloatArray:
         """Values at any places; at a jump the value from it on."""
         return np.asarray(np.interp(checked("at", at, FINITE, copy=False), self.at, self.value))
@@ -109,7 +135,7 @@ class Survey(NamedTuple):
         return f"{ends[0]:.6g} to {ends[1]:.6g} m"
 
 
-def profile_of(**lists: Values) -> Profile:
+def profile_of(make: Callable[[Values, Values], Profile] = Profile, /, **lists: Values) -> Profile:
     """Profile from two lists, of places and of values there; errors name the lists."""
     (places, at), (values, value) = lists.items()
     if len(at) != len(value):
@@ -117,7 +143,7 @@ def profile_of(**lists: Values) -> Profile:
             f"{places} has {len(at)} and {values} {len(value)} entries: both must have as many"
         )
     try:
-        return Profile(at, value)
+        return make(at, value)
     except ValueError as error:
         raise ValueError(f"{places}{str(error).removeprefix('at')}") from None
 
@@ -130,6 +156,7 @@ RAILS = ("friction", "friction_left", "friction_right", "slope")  # lists over d
 LISTS = (*RAILS, "grade", "speed_limit")  # all lists over distance
 UNCHANGED, LEVEL = Profile((0.0,), (1.0,)), Profile((0.0,), (0.0,))
 FACTOR = Quantity("1", above=0.0, usual=(0.01, 10.0))
+GRADIENT = "is it a gradient? that is grade, and slope a factor on the creep force's initial slope"
 GRADE = Quantity("1", at_least=-0.5, at_most=0.5, usual=(-0.1, 0.1))
 LIMIT = Quantity("m/s", above=0.0, usual=(1.0, 170.0))
 CLEANING = Quantity("m/J", at_least=0.0, usual=(0.0, 1.0))
@@ -246,7 +273,9 @@ class Track:
         friction_right: Annotated[Values, FACTOR] = (),
         time: Annotated[Values, TIME] = (),
         friction_over_time: Annotated[Values, FACTOR] = (),
-        slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.02, 10.0))] = (),
+        slope: Annotated[
+            Values, Quantity("1", above=0.0, usual=(0.05, 10.0), doubtful=GRADIENT)
+        ] = (),
         grade: Annotated[Values, GRADE] = (),
         speed_limit: Annotated[Values, LIMIT] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
@@ -254,6 +283,7 @@ class Track:
         start: Annotated[float, Quantity("m", at_least=-1e9, at_most=1e9)] = 0.0,
         direction: Literal["increasing", "decreasing"] = "increasing",
         unit: Literal["factor", "coefficient"] = "factor",
+        between: Literal["linear", "steps"] = "linear",
     ) -> Track:
         """Make the track from lists of places and of values, which are the fields of the class.
 
@@ -277,6 +307,10 @@ class Track:
         unit : str, optional
             Whether friction, friction_left and friction_right are factors or kinetic friction
             coefficients of the rails, which are divided by that of the vehicle's file.
+        between : str, optional
+            How friction, slope and grade change: ``"linear"`` between the places of `distance`, or
+            in ``"steps"``, as in a list of sections: each value holds from its place to the next
+            greater one. A speed limit always does.
         time : tuple of float, optional
             Breakpoints of the factor over time [s].
 
@@ -298,7 +332,9 @@ class Track:
             )
         factors = {
             "friction_left" if key == "friction" else key: profile_of(
-                distance=distance, **{key: values}
+                Profile.steps if between == "steps" or key == "speed_limit" else Profile,
+                distance=distance,
+                **{key: values},
             )
             for key, values in along.items()
         }

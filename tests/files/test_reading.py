@@ -133,7 +133,8 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, parameter: Parame
     ends = [limits.above, limits.below]
     ends += [math.nextafter(limits.at_least, -math.inf), math.nextafter(limits.at_most, math.inf)]
     for bad in (math.nan, *ends):
-        refused = f"it.{key} = {bad!r} is out of range: must be {limits}"
+        hint = f"; {limits.doubtful}" if limits.doubtful else ""
+        refused = f"it.{key} = {bad!r} is out of range: must be {limits}{hint}"
         assert error_of({key: [bad] if parameter.many else bad}) == refused
     for wrong in (True, "1 furlong"):
         refused = f"it.{key} = {wrong!r} must be a number in {limits.unit}"

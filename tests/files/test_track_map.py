@@ -120,6 +120,16 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
             r"line 2: grade \[permille\] = 700.0 is out of range",
         ),
         ("distance,speed_limit [km/h]\n0,0\n", r"line 2: speed_limit .* = 0.0 is out of range"),
+        (
+            "distance,speed_limit [km/h]\n0,40\n5,72\n5,108\n",
+            r"distance = 5.0 has the values 20.0 and 30.0, and that of the section before is 11.1",
+        ),
+        (
+            "distance,slope [permille]\n0,25\n",
+            r"line 1: slope \[permille\] has a unit; .* is grade",
+        ),
+        ("distance,slope [%]\n0,2.5\n", r"line 1: slope \[%\] has a unit; .* that is grade"),
+        ("distance,slope\n0,12\n5,-3\n", r"line 3: slope = -3.0 is out of range: .* is grade"),
         ("distance,condition\n0,wett\n", r"condition = 'wett' is not known; did you mean 'wet'"),
         ("distance,condition,slope\n0,wet,1\n", r"condition replaces slope: give either"),
         ("condition\nwet\n", r"distance has 0 and condition 1 entries"),
@@ -265,3 +275,66 @@ def test_a_map_of_a_line_has_rails_grades_and_limits(tmp_path: Path) -> None:
     beside = 'map = "map.csv"\ncondition = ["dry"]'
     with pytest.raises(cl.ModelError, match=r"track.map = 'map.csv' replaces condition"):
         cl.load_scenario(scenario(tmp_path, beside, csv))
+
+
+@pytest.mark.parametrize("start", [0.0, 300.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_table_of_sections_holds_each_value_to_the_next_place(
+    tmp_path: Path, start: float, sign: float
+) -> None:
+    """Whatever the direction of travel: a limit belongs to its place."""
+    at, limit = np.array([0.0, 500.0, 1200.0]), np.array([40.0, 110.0, 60.0])
+    grade, friction = np.array([18.0, -5.0, 0.0]), np.array([1.0, 0.6, 0.8])
+    head = "distance,speed_limit [km/h],grade [permille],friction\n"
+    rows = zip(at, limit, grade, friction, strict=True)
+    csv = head + "".join(f"{a},{v},{g},{f}\n" for a, v, g, f in rows)
+    way = "increasing" if sign > 0.0 else "decreasing"
+    section = f'map = "map.csv"\nstart = {start}\ndirection = "{way}"\n'
+    place = np.array([-10.0, 10.0, 499.0, 501.0, 1199.0, 1201.0])
+    number = np.array([0, 0, 0, 1, 1, 2])
+    track = cl.load_scenario(scenario(tmp_path, section + 'between = "steps"', csv)).track
+    run = sign * (place - start)
+    np.testing.assert_allclose(3.6 * track.speed_limit(run), limit[number])
+    np.testing.assert_allclose(1e3 * track.grade(run), sign * grade[number], atol=1e-12)
+    np.testing.assert_allclose(track.friction_left(run), friction[number])
+    doubt = r"speed_limit changes in steps, friction and grade linearly .*track.between = 'steps'"
+    with pytest.warns(cl.InputWarning, match=doubt):
+        linear = cl.load_scenario(scenario(tmp_path, section, csv)).track
+    assert linear.speed_limit == track.speed_limit
+    np.testing.assert_allclose(linear.friction_left(run), np.interp(place, at, friction))
+
+
+def test_steps_at_doubled_places_are_those_of_a_piecewise_linear_profile() -> None:
+    """As in a table whose other lists jump there, or whose limits do."""
+    line = package_folder("models") / "line.csv"
+    at, limit = np.loadtxt(line, delimiter=",", skiprows=3, usecols=(0, 4)).T
+    places = np.arange(-0.1, 1.7, 0.01) + 0.005
+    for rows in ((at, limit), ((5.0, 5.0), (2.0, 3.0))):
+        np.testing.assert_array_equal(cl.Profile.steps(*rows)(places), cl.Profile(*rows)(places))
+
+
+@pytest.mark.parametrize(
+    ("track", "csv", "doubt"),
+    [
+        ("distance = [0.0]\nfriction = [1.0]\nslope = [12.0]", "", r"slope = 12 .* that is grade"),
+        ('map = "map.csv"', "distance,slope\n0,2\n500,3\n", r"slope without friction: .* is grade"),
+        (
+            "distance = [0.0, 9.0]\nspeed_limit = [60.0, 60]",
+            "",
+            r"track\.speed_limit = 60 has no u",
+        ),
+        (
+            'map = "map.csv"',
+            "distance,speed_limit\n0,80\n",
+            r"line 1: speed_limit = 80 has no unit",
+        ),
+        ("distance = [0.0]\nspeed_limit = ['300 km/h']", "", None),
+        ('map = "map.csv"', "distance,speed_limit [km/h]\n0,300\n", None),
+    ],
+)
+def test_numbers_that_mean_another_thing_are_doubted(
+    tmp_path: Path, track: str, csv: str, doubt: str | None
+) -> None:
+    path = scenario(tmp_path, track, csv)
+    with pytest.warns(cl.InputWarning, match=doubt) if doubt else nullcontext():
+        cl.load_scenario(path)
