@@ -18,13 +18,23 @@ GAPS = 8  # lines that a message names
 
 
 def decoded(data: bytes) -> str:
-    """Text in UTF-8, or in the other encodings that spreadsheets write."""
+    """Text in UTF-8, or in the other encodings that spreadsheets write.
+
+    Raises
+    ------
+    ValueError
+        If it seems to be UTF-16 without the mark of it.
+    """
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.decode("utf-16", errors="replace").lstrip("\ufeff")
+    if b"\0" in data:
+        raise ValueError(
+            "line 1: the file is in UTF-16 without a byte order mark: save it as UTF-8"
+        )
     try:
         return data.decode("utf-8").lstrip("\ufeff")
     except UnicodeDecodeError:
-        return data.decode("latin-1")
+        return data.decode("cp1252", errors="replace")
 
 
 def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:

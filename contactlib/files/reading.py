@@ -10,6 +10,7 @@ pydantic, 10 MB, needs as many lines again for units, limits and close names in 
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import os
 import re
@@ -134,7 +135,20 @@ def parse(file: Path) -> dict[str, Any]:
             'is a CSV file: a model file names it, in [law] with kind = "measured" and file = '
             f"\"{file.name}\"; 'contactlib new force' writes such a file"
         )
-    return parse_text(read_small(file).decode("utf-8-sig"))
+    return parse_text(toml_text(read_small(file)))
+
+
+def toml_text(data: bytes) -> str:
+    """Text of a TOML file, which is in UTF-8 and may begin with a byte order mark."""
+    if b"\0" in data:
+        raise ValueError("the file is in UTF-16, or no text: save it as UTF-8")
+    data = data.removeprefix(codecs.BOM_UTF8)
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        line = 1 + data.count(b"\n", 0, error.start)
+        sign = data[error.start : error.start + 1].decode("cp1252", errors="replace")
+        raise ValueError(f"line {line}: {sign!r} is not in UTF-8: save the file as UTF-8") from None
 
 
 def parse_text(text: str) -> dict[str, Any]:

@@ -47,6 +47,11 @@ def test_a_map_is_the_lists_in_a_file(tmp_path: Path) -> None:
     ):
         case = cl.load_scenario(scenario(tmp_path, 'map = "map.csv"', csv))
         assert case.track == expected
+    windows = "distance [m];grade [\u2030];friction \u2030\n0;5;400\n"  # a sign of cp1252
+    for encoding in ("utf-8", "utf-16", "cp1252"):
+        path = scenario(tmp_path, 'map = "map.csv"', windows.encode(encoding))
+        line = cl.load_scenario(path).track
+        assert (line.grade.value, line.friction_left.value) == ((0.005,), (0.4,))
     times = "time = [0.0, 5.0]\nfriction_over_time = [1.0, 0.5]"
     path = scenario(tmp_path, f'map = "map.csv"\n{times}', "distance [km],friction [%]\n0.5,40\n")
     assert cl.load_scenario(path).track == cl.Track.from_breakpoints(
@@ -138,6 +143,7 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
         ("", r"line 1: it must name the columns"),
         (b"\xff\xfe\x00", r"line 1: "),
+        ("distance,friction\n0,1\n".encode("utf-16-le"), r"line 1: the file is in UTF-16 without"),
         pytest.param(
             b"#" * (MAX_MAP_BYTES + 1),
             r"the file is too large: it must have <= 10 MB",

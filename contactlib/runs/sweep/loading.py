@@ -27,6 +27,7 @@ from contactlib.files.reading import (
     read_value,
     text,
     title,
+    toml_text,
 )
 from contactlib.files.scenario import (
     ControllerDesign,
@@ -134,7 +135,7 @@ def load_sweep(
     """
     file = model_path(path)
     with loading(path):
-        content = file.read_bytes().decode("utf-8-sig")
+        content = toml_text(file.read_bytes())
         return _build_sweep(parse_text(content), content, file, progress)
 
 
