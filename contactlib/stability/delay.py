@@ -165,7 +165,7 @@ def _continuous(pole: float, memory: _Memory, delay: float, lag: float) -> float
     low = 0.5 * top
     while lead(low) <= 0.0:
         low *= 0.5
-        if low < 1e-9 * top:  # lost in rounding, as pole * (delay + lag) is so close to 1
+        if low < 1e-9 * pole:  # lost in rounding, as pole * (delay + lag) is so close to 1
             return least
     w = float(brentq(lead, low, top, xtol=1e-15 * top, rtol=1e-14))
     return math.hypot(pole, w) * math.hypot(1.0, w * lag) * abs(memory.inverse(w))

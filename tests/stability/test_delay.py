@@ -112,6 +112,15 @@ def test_no_gain_beyond_the_limit() -> None:
     assert stability.delay_limit(-1.0) == math.inf
 
 
+def test_a_tiny_delay_ends_a_window_of_a_lag_near_the_limit() -> None:
+    """Where it turns the phase by p/w - 1/(w lag), at w**2 = (1/lag - p)/delay."""
+    pole, lag, delay = 50.0, (1.0 - 5e-8) / 50.0, 1.1e-12
+    w = math.sqrt((1.0 / lag - pole) / delay)
+    highest = math.hypot(pole, w) * math.hypot(1.0, w * lag)
+    window = stability.proportional_window(pole, delay=delay, lag=lag)
+    assert window.highest == pytest.approx(highest, rel=1e-2)
+
+
 def test_more_delay_leaves_fewer_gains() -> None:
     ends = [
         stability.proportional_window(30.0, delay=delay, lag=2e-3, sample_time=2e-3).highest

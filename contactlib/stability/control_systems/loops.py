@@ -118,7 +118,7 @@ def frequencies(loop: StateSpace) -> FloatArray:
     if loop.dt:
         features = np.log(features[np.abs(features) > 1e-9]) / loop.dt
     sizes = np.abs(features)
-    sizes = sizes[sizes > 1e-9 * sizes.max()]
+    sizes = sizes[sizes > np.finfo(np.float64).eps * sizes.max()]
     slowest, fastest = sizes.min() / BEYOND, sizes.max() * BEYOND
     if loop.dt:
         fastest = math.pi / loop.dt

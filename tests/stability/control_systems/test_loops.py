@@ -49,7 +49,7 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
     # L = f p/(s - p): leaves -1 for f -> 1, |L| = 1 at p sqrt(f^2 - 1), phase acos(1/f)
     body = rig.wheelset
     point, pole, gain = falling(body)
-    for f in (1.3, 2.0, 5.0):
+    for f, delay in ((1.3, 2e-12), (2.0, 1e-10), (5.0, 1e-7)):
         margins = control_systems.margins(
             control_systems.creep_loop(body, point, proportional_gain=f * gain)
         )
@@ -59,6 +59,10 @@ def test_margins_of_a_proportional_loop_are_those_on_paper(rig: cl.Model) -> Non
         assert margins.crossover == pytest.approx(crossover, rel=1e-6)
         assert margins.phase == pytest.approx(math.acos(1.0 / f), rel=1e-6)
         assert margins.delay == pytest.approx(math.acos(1.0 / f) / crossover, rel=1e-6)
+        # A tiny delay uses that much of the margin, and its fast poles hide no slower one.
+        late = control_systems.creep_loop(body, point, proportional_gain=f * gain, delay=delay)
+        rest = control_systems.margins(late).delay
+        assert rest + delay == pytest.approx(margins.delay, rel=1e-6)
         # |1 + L| is f - 1 at rest and rises or falls to 1.
         assert margins.sensitivity_peak == pytest.approx(max(1.0 / (f - 1.0), 1.0), rel=1e-4)
 
