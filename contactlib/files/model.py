@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters, Quantity, declared
 from contactlib.base.text import harmless_line
+from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.element.force_element import ForceElement
 from contactlib.files.mistakes import Mistakes, ModelError
 from contactlib.files.rail_conditions import with_condition
@@ -46,6 +48,8 @@ from contactlib.vehicle.wheelset import Resistance, Wheelset, geared_inertia
 
 Made = TypeVar("Made")
 EMPTY: dict[str, Any] = {}  # one object, so that a section no file has is read once
+# Ratios of numbers that belong together; beyond them the numbers are doubted.
+SAME, ON_ROLLER, LOAD_RATIO = 1.01, 0.9, 1.1  # of radii, on a rail or a roller, and of loads
 REPLACED = tuple(declared(slope_reduction_of))  # keys of [wheelset], by a measured curve
 
 
@@ -252,8 +256,29 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
                 clean = contact, friction
                 reduction = mistakes.of(cache.made, "wheelset", slope_reduction_of, *clean, **given)
         resistance = read("resistance", Resistance)
+        if contact and body and "radius" in body:
+            _doubt_body(section, body)
     memory = bool(section and section.get("memory", False))
     return _Vehicle(contact, law, body, inertia, friction, reduction, resistance, memory)
+
+
+def _doubt_body(contact: Given, body: Given) -> None:
+    """Doubt radii and masses of a wheelset that do not fit its contacts."""
+    radius, load = body["radius"], body.get("wheels", 1) * contact["normal_load"]
+    name = "radius_x" if "radius_x" in contact else "radius"
+    ratio = contact.get(name, radius) / radius
+    if ratio > SAME or ON_ROLLER < ratio < 1.0 / SAME:
+        doubt(
+            "radius",
+            f"contact.{name} = {contact[name]:g} m and wheelset.radius = {radius:g} m differ: on a "
+            f"rail both are the wheel's, and on a roller the first is at most {ON_ROLLER:g} of it",
+        )
+    if body.get("mass", math.inf) * STANDARD_GRAVITY < load / LOAD_RATIO:
+        doubt(
+            "mass",
+            f"wheelset.mass = {body['mass']:g} kg is less than its wheels carry, "
+            f"{load / STANDARD_GRAVITY:.4g} kg by contact.normal_load",
+        )
 
 
 def build_wheelset(

@@ -12,13 +12,15 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
 from contactlib.base.text import known_names
+from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.files.mistakes import Mistakes
-from contactlib.files.model import BuildCache, build_model, read_model
+from contactlib.files.model import LOAD_RATIO, BuildCache, build_model, read_model
 from contactlib.files.rail_conditions import (
     SLOPE,
     TrackConditions,
@@ -60,6 +62,7 @@ from contactlib.vehicle.wheelset import Wheelset
 WHEELSET = "wheelset"  # key of [vehicle] that names the model file of its axles
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
+MASS_RATIO = 1.25  # of a train and of that of its resistance, beyond which they are doubted
 NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
 CONTINUOUS: Mapping[str, type[ContinuousController]] = {
     "torque_control": TorqueControl,
@@ -559,6 +562,9 @@ def build_scenario(
     initial_speed, held_speed = cache(
         "speeds", _speeds, run.get("initial_speed"), made["held_speed"], wheelset.speed_held
     )
+    trip = drivetrain.motor.trip_speed
+    if trip is not None and trip <= abs(initial_speed):
+        doubt("trip_speed", f"motor.trip_speed = {trip:g} m/s trips at the initial speed already")
     design_speed = run.get("design_speed", abs(initial_speed))
     if design_speed < wheelset.element.minimum_speed:
         given = "=" if "design_speed" in run else "is missing, and the initial speed"
@@ -592,5 +598,35 @@ def _drivetrain(
     brake: Brake | None,
 ) -> Drivetrain:
     if vehicle is not None:
+        _doubt_axles(vehicle, wheelset)
         wheelset = replace(wheelset, mass=vehicle.mass / vehicle.axles)
     return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake)
+
+
+def _doubt_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
+    """Doubt numbers of a wheelset's file that do not fit the vehicle whose axles it describes."""
+    element, resistance = wheelset.element, wheelset.resistance
+    wheels, nominal = element.wheels, element.contact.normal_load
+    load = vehicle.own_mass * STANDARD_GRAVITY / vehicle.axles / wheels
+    share, gap = vehicle.mass / vehicle.axles, min(b - a for a, b in pairwise(vehicle.position))
+    runs = resistance.constant or resistance.linear or resistance.quadratic
+    if wheels != 2:
+        doubt("wheels", f"wheelset.wheels = {wheels:g}: each axle of a vehicle has 2")
+    if not 1.0 / LOAD_RATIO < nominal / load < LOAD_RATIO:
+        doubt(
+            "normal_load",
+            f"contact.normal_load = {nominal:.4g} N, but by the vehicle's masses each wheel "
+            f"carries {load:.4g} N at rest",
+        )
+    if runs and wheelset.mass and not 1.0 / MASS_RATIO < share / wheelset.mass < MASS_RATIO:
+        doubt(
+            "resistance",
+            f"resistance is that of wheelset.mass = {wheelset.mass:.4g} kg, but each axle of the "
+            f"vehicle and its train moves {share:.4g} kg: give both in vehicle_changes",
+        )
+    if gap < 2.0 * wheelset.radius:
+        doubt(
+            "position",
+            f"vehicle.position has axles {gap:.4g} m apart: wheels of wheelset.radius = "
+            f"{wheelset.radius:.4g} m overlap",
+        )
