@@ -197,14 +197,16 @@ def sweep(
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
     for line in sweeps.report(loaded, results):
         reporter.line(line)
+    path = sweeps.results_path(loaded, folder)
+    sweeps.write_table(results, path.with_suffix(".csv"))
     all_failed = bool((results["failed"] == 1).all())
     if not (no_maps or all_failed):
         from contactlib.figures import draw_maps
 
         with reporter.step("Drawing the maps"):
             draw_maps(results, folder, formats)
-    beside = "" if no_maps or all_failed else ", and maps beside it"
-    reporter.line(f"The results are in {sweeps.results_path(loaded, folder)}{beside}")
+    maps = "" if no_maps or all_failed else ", and maps beside them"
+    reporter.line(f"The results are in {path} and {path.stem}.csv{maps}")
     if all_failed:
         complain("contactlib: all runs failed")
         click.get_current_context().exit(1)

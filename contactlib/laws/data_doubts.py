@@ -68,7 +68,10 @@ def systematic_residual(data: TractionData, residual: FloatArray) -> tuple[str, 
     kinds = [(creepage < 0.0, "in traction", "in braking", "keep the rows of one side")]
     if speed is not None and speed.min() < speed.max():
         fast = speed > np.sqrt(speed.min() * speed.max())
-        of_speed = "keep the rows of one speed, or fit a law whose friction falls with slip speed"
+        of_speed = (
+            "keep the rows of one speed, or fit a law whose friction falls with slip speed by "
+            "cl.fit(..., slip_rate=True)"
+        )
         kinds.append((fast, _at(speed[~fast]), _at(speed[fast]), of_speed))
     row, of_one = np.arange(creepage.size), "keep the rows of one curve"
     later = row >= creepage.size // 2

@@ -88,9 +88,10 @@ class Brake(Parameters):
     Parameters
     ----------
     fill_time : float
-        Time constant with which the brake torque rises to its command [s].
+        Time constant with which the brake torque rises to its command: the filling time, to 95 %,
+        is three times as long [s].
     vent_time : float
-        Time constant with which the brake torque falls to its command [s].
+        Time constant with which the brake torque falls to its command, likewise [s].
     delay : float, optional
         Dead time from the command to the change of the torque, rounded to whole samples [s].
         Default: 0.

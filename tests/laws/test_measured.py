@@ -268,7 +268,7 @@ def test_curves_that_differ_by_side_speed_or_place_are_doubted(scatter: float) -
             assert off is not None, text
             assert float(off[1]) == pytest.approx(100 * (ratio - 1) / (ratio + 1), abs=2.0)
     fallen = np.append(creep_curve(ONE_SIDE), creep_curve(ONE_SIDE, fall=0.7)) + noise
-    assert "fit a law whose friction falls with slip speed" in doubts(twice, fallen, speed)[0]
+    assert "slip speed by cl.fit(..., slip_rate=True)" in doubts(twice, fallen, speed)[0]
     assert doubts(twice, np.tile(creep_curve(ONE_SIDE), 2) + noise, speed) == []
 
 

@@ -1,7 +1,7 @@
 """Sweeps over the parameters of a scenario, on one machine or on a cluster."""
 
 from contactlib.runs.analysis import ANALYSES
-from contactlib.runs.sweep.ensemble import ensemble, report, results_path
+from contactlib.runs.sweep.ensemble import ensemble, report, results_path, write_table
 from contactlib.runs.sweep.execution import (
     Workers,
     cluster_workers,
@@ -25,4 +25,5 @@ __all__ = [
     "results_path",
     "thread_workers",
     "with_own",
+    "write_table",
 ]

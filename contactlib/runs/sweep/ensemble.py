@@ -182,6 +182,14 @@ def write_dataset(dataset: Dataset, path: Path) -> Path:
     return write_whole(path, bytes(dataset.to_netcdf(engine="scipy")))
 
 
+def write_table(dataset: Dataset, path: Path) -> Path:
+    """Write a CSV file: a line for each run, below one of names and units."""
+    frame = dataset.to_dataframe(dim_order=list(dataset.sizes)).reset_index()
+    units = {name: dataset[name].attrs.get("units") for name in frame}
+    frame.columns = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
+    return write_whole(path, frame.to_csv(index=False, lineterminator="\n").encode())
+
+
 def read_dataset(path: Path) -> Dataset:
     """Read a NetCDF 3 file into memory.
 

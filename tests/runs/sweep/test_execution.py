@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import json
 import math
@@ -24,7 +25,7 @@ from sweep_files import SCENARIO, SWEEP, UNCOUNTED, chunks_kept, write_sweep
 
 import contactlib as cl
 from contactlib.runs import sweep as sweeps
-from contactlib.runs.sweep.ensemble import MIN_CHUNK, default_chunk
+from contactlib.runs.sweep.ensemble import MIN_CHUNK, default_chunk, read_dataset
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 # More runs, so that there is a middle to be killed in.
@@ -315,7 +316,17 @@ def test_command_reports_what_it_does_and_where_the_results_are(
     assert lines[0] == "Quick: 24 runs of 0.6 s under each of creep_pi, open_loop; 2 workers"
     assert any("s left" in line for line in lines)
     assert any(line.endswith("simulated s per s") for line in lines)
-    assert lines[-1] == f"The results are in {tmp_path / path.stem}.nc, and maps beside it"
+    results = f"{tmp_path / path.stem}.nc and {path.stem}.csv"
+    assert lines[-1] == f"The results are in {results}, and maps beside them"
+    lines = (tmp_path / f"{path.stem}.csv").read_text().splitlines()
+    table = list(csv.DictReader(lines))
+    dataset = read_dataset(tmp_path / f"{path.stem}.nc")
+    assert len(table) == dataset["failed"].size == 48  # 24 runs under each of two controllers
+    axes = dataset["failed"].dims[1:]
+    for run in (table[0], table[17], table[47]):
+        place = {axis: float(run[f"{axis} [{dataset[axis].units}]"]) for axis in axes}
+        of_run = dataset.sel(place | {"controller": run["controller"]})
+        assert float(run["slip_work [J]"]) == of_run["slip_work"].item()
     assert (tmp_path / "slip_work.png").stat().st_size > 0
     assert (tmp_path / f"{path.stem}.nc").read_bytes() == known
     assert "100% was done before" in done(*given).output
