@@ -241,20 +241,37 @@ def variables(kind: str) -> str:
     return "\n\n".join(parts)
 
 
-def memory() -> str:
-    """Variables that a contact with memory adds to the FMU of a force element."""
+ADDED: dict[str, dict[str, Any]] = {  # keys of an element or its friction
+    "memory": {"memory": True},
+    "heat": {"softening_temperature": 900.0},
+    "layer": {"slope_reduction": 1.0, "layer_compliance": 2e-13},
+    "slip-rate fall": {"slip_rate_residual": 0.5, "slip_rate_decay": 0.6},
+}
+
+
+def added(what: str) -> str:
+    """Variables that a feature adds to the FMU of a kind: its name after the kind's."""
+    kind, _, feature = what.partition(" ")
     model = cl.load_model("locomotive.toml")
-    element = replace(model.wheelset.element, memory=True)
-    remembering = replace(model, wheelset=replace(model.wheelset, element=element))
-    plain = {v.name for v in described(model)}
-    rows = [variable_row(v) for v in described(remembering) if v.name not in plain]
-    return table(("variable", "unit", "limits", "start", "meaning"), rows)
+    element, keys = model.wheelset.element, ADDED[feature]
+    of_friction = {key: value for key, value in keys.items() if hasattr(element.friction, key)}
+    others = {key: value for key, value in keys.items() if key not in of_friction}
+    element = replace(element, friction=replace(element.friction, **of_friction), **others)
+    changed = replace(model, wheelset=replace(model.wheelset, element=element))
+    plain = {v.name for v in described(model, kind)}
+    rows = []
+    for v in described(changed, kind):
+        role = f"{v.variability} parameter" if v.causality == "parameter" else v.causality
+        name, *columns = variable_row(v)
+        if v.name not in plain:
+            rows.append((name, role, *columns))
+    return table(("variable", "role", "unit", "limits", "start", "meaning"), rows)
 
 
 # ---- pages ----------------------------------------------------------------------------------
 
 TABLES: Mapping[str, Callable[..., str]] = {
-    one.__name__: one for one in (controllers, keys, laws, memory, outcomes, shipped, variables)
+    one.__name__: one for one in (added, controllers, keys, laws, outcomes, shipped, variables)
 }
 PLACE = re.compile(r"<!-- (\w+) ?([^>]*?) -->\n.*?<!-- end -->", re.DOTALL)
 

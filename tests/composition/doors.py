@@ -451,8 +451,7 @@ def slip_away(case: Case) -> float | None:
     """
     wheelset = replace(case.wheelset, mass=None)
     fold = cl.find_fold(wheelset, speed=3.0)
-    torque, begin = 1.1 * fold.drive_torque, 0.9 * fold.creepage
-    end = 3.0 * fold.creepage
+    torque, begin, end = 1.02 * fold.drive_torque, 0.5 * fold.creepage, 0.15
     time = stability.slip_away_time(wheelset, drive_torque=torque, start=begin, end=end, speed=3.0)
     run = cl.simulate(
         wheelset,
@@ -547,7 +546,11 @@ DOORS: dict[str, Door] = {
     "gym": Door(environment, takes_scenarios=True),
 }
 NOT_OF_A_WHEELSET = "It belongs to a run; this takes one wheelset."
-STEADY = "Computed for steady rolling; it warns with p a/V and names the simulation that is exact."
+STEADY = (
+    "Computed for steady rolling, here at 3 m/s: the error grows with p a/V, as "
+    "[memory](../explanation/memory.md#where-it-matters) shows. It warns with p a/V and names the "
+    "simulation that is exact."
+)
 NOT_LATERAL = (
     "The model of a wheelset moves along the track. Lateral slip and spin are inputs of the force "
     "element, which a vehicle tool sets."
