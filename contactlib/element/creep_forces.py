@@ -63,13 +63,7 @@ class CreepForces(Parameters):
 
     Notes
     -----
-    Errors against the half-space code CONTACT, in units of friction times load, for Coulomb
-    friction, a/b from 0.5 to 2 and nu 0.28: 0.0013 longitudinal, 0.003 in combined creepage, 0.022
-    with spin (0.007 in the root mean square). If friction weakens with slip, with the cohesive law,
-    ``k_hat`` up to 0.8 and f_s/f_d 11/7: 0.014 without spin and 0.018 in its moment; with spin
-    0.03, 0.12 and 0.05 in longitudinal and lateral force and moment (0.004, 0.012 and 0.006). At
-    f_s/f_d 15/7 the latter are 0.013, 0.040 and 0.021. The shipped law of a short process zone
-    adds 0.01 to those of the forces at ``k_hat`` 0.3.
+    The guide's page on lateral and spin force lists the errors against half-space solvers.
 
     Examples
     --------

@@ -37,6 +37,7 @@ OVER_SPEED = (
     "critical torque it slips away on a patch of half the friction that lasts longer than the "
     "clearing time."
 )
+STYLES = ("-", "-.", ":")  # each for three colours
 
 
 def thermal_curves(
@@ -77,8 +78,8 @@ def thermal_curves(
         for i, speed in enumerate(values):
             share = i / max(len(values) - 1, 1)
             mu, look = contact.traction_coefficient(zeta, speed), {"lw": 0.9 + 1.8 * share}
-            color = (paint.blue, paint.orange, paint.green)[i % 3]
-            axes.plot(zeta, mu, color=color, label=f"{speed:g} m/s", **look)
+            color, style = (paint.blue, paint.orange, paint.green)[i % 3], STYLES[i // 3 % 3]
+            axes.plot(zeta, mu, color=color, ls=style, label=f"{speed:g} m/s", **look)
         limits: dict[str, Any] = {"xlim": (0.0, far), "ylim": (0.0, None)}
         legend = {"loc": "lower right", "ncols": 2}
         labelled(axes, "creepage", "traction coefficient", legend=legend, **limits)

@@ -39,12 +39,19 @@ def test_rivals_of_the_kernel_are_right() -> None:
 @pytest.mark.tools
 @pytest.mark.usefixtures("compiler")
 def test_lateral_and_spin_force_is_nearer_to_contact_than_its_rivals() -> None:
+    """And its errors are those that the guide states."""
+    page = (Path(report.__file__).parents[1] / "docs/howto/lateral_spin.md").read_text("utf-8")
+    rows = {"long": "longitudinal", "comb30": "both, 30 degrees", "latspin": "spin and lateral"}
     # Tables of our own law have its error, and what interpolation adds.
     for group, errors in bench_kernel.lateral_spin_errors().items():
         rms_of = {who: np.sqrt(np.mean(error**2)) for who, error in errors.items()}
         ours, *others = (rms for who, rms in rms_of.items() if "USETAB" not in who)
         assert ours < 0.0002 if group == "lin" else 2.0 * ours < min(others)
         assert rms_of["like USETAB, 2 x finer"] < max(rms_of["like USETAB"], 1.5 * ours)
+        stated = re.search(rf"\| {rows.get(group)} \| ([\d.]+) \(", page)
+        largest = np.hypot(*errors["contactlib"].T).max()
+        assert bool(stated) == (group in rows)
+        assert not stated or f"{largest:.{len(stated[1]) - 2}f}" == stated[1]
     assert len(report.lateral_spin_lines()) == 11
 
 

@@ -29,9 +29,12 @@ def contact() -> ThermalContact:
 
 def test_curves_are_those_of_the_contact(contact: ThermalContact, tmp_path: Path) -> None:
     data = cl.TractionData([0.01, 0.1], [0.28, 0.22])
-    figure = thermal_curves(contact, (5.0, 20.0, 60.0), data=data)
+    speeds = (5.0, 10.0, 20.0, 40.0, 60.0)
+    figure = thermal_curves(contact, speeds, data=data)
     (axes,) = figure.axes
-    for speed in (5.0, 20.0, 60.0):
+    looks = {(line.get_color(), line.get_linestyle()) for line in axes.lines}
+    assert len(looks) == len(axes.lines)
+    for speed in speeds:
         zeta, mu, _ = lines(axes, f"{speed:g} m/s")
         assert_allclose(mu, contact.traction_coefficient(zeta, speed), rtol=1e-12)
     cold = max(float(np.max(np.asarray(line.get_ydata()))) for line in axes.lines)
