@@ -18,13 +18,7 @@ GAPS = 8  # lines that a message names
 
 
 def decoded(data: bytes) -> str:
-    """Text in UTF-8, or in the other encodings that spreadsheets write.
-
-    Raises
-    ------
-    ValueError
-        If it seems to be UTF-16 without the mark of it.
-    """
+    """Text in UTF-8, or in the other encodings that spreadsheets write; UTF-16 needs its mark."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.decode("utf-16", errors="replace").lstrip("\ufeff")
     if b"\0" in data:

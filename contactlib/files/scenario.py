@@ -605,28 +605,31 @@ def _drivetrain(
 
 def _doubt_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
     """Doubt numbers of a wheelset's file that do not fit the vehicle whose axles it describes."""
-    element, resistance = wheelset.element, wheelset.resistance
-    wheels, nominal = element.wheels, element.contact.normal_load
+    resistance, wheels = wheelset.resistance, wheelset.element.wheels
+    free = not (resistance.constant or resistance.linear or resistance.quadratic)
+    nominal, share = wheelset.element.contact.normal_load, vehicle.mass / vehicle.axles
     load = vehicle.own_mass * STANDARD_GRAVITY / vehicle.axles / wheels
-    share, gap = vehicle.mass / vehicle.axles, min(b - a for a, b in pairwise(vehicle.position))
-    runs = resistance.constant or resistance.linear or resistance.quadratic
-    if wheels != 2:
-        doubt("wheels", f"wheelset.wheels = {wheels:g}: each axle of a vehicle has 2")
-    if not 1.0 / LOAD_RATIO < nominal / load < LOAD_RATIO:
-        doubt(
+    mass, gap = wheelset.mass or share, min(b - a for a, b in pairwise(vehicle.position))
+    for key, fits, sentence in (
+        ("wheels", wheels == 2, f"wheelset.wheels = {wheels:g}: each axle of a vehicle has 2"),
+        (
             "normal_load",
+            1.0 / LOAD_RATIO < nominal / load < LOAD_RATIO,
             f"contact.normal_load = {nominal:.4g} N, but by the vehicle's masses each wheel "
             f"carries {load:.4g} N at rest",
-        )
-    if runs and wheelset.mass and not 1.0 / MASS_RATIO < share / wheelset.mass < MASS_RATIO:
-        doubt(
+        ),
+        (
             "resistance",
-            f"resistance is that of wheelset.mass = {wheelset.mass:.4g} kg, but each axle of the "
-            f"vehicle and its train moves {share:.4g} kg: give both in vehicle_changes",
-        )
-    if gap < 2.0 * wheelset.radius:
-        doubt(
+            free or 1.0 / MASS_RATIO < share / mass < MASS_RATIO,
+            f"resistance is that of wheelset.mass = {mass:.4g} kg, but each axle of the vehicle "
+            f"and its train moves {share:.4g} kg: give both in vehicle_changes",
+        ),
+        (
             "position",
+            gap >= 2.0 * wheelset.radius,
             f"vehicle.position has axles {gap:.4g} m apart: wheels of wheelset.radius = "
             f"{wheelset.radius:.4g} m overlap",
-        )
+        ),
+    ):
+        if not fits:
+            doubt(key, sentence)

@@ -139,11 +139,7 @@ def _doubt_limits(where: str, bare: Sequence[float]) -> None:
 
 
 def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
-    """Track of a file's section, with doubts about what its lists are.
-
-    Factors may look like friction coefficients, a slope like a gradient, and a table whose speed
-    limits change at places that stand once like one of sections.
-    """
+    """Track of a file's section, with doubts about what its lists are."""
     given = placeholder_lists(condition, given) if condition else given
     track = Track.from_breakpoints(**given)
     sides = track.friction_left, track.friction_right or track.friction_left

@@ -145,7 +145,7 @@ def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
     assert by_axes.normal_load == 110.325e3
     radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
-    with pytest.warns(cl.InputWarning, match=r"contact\.radius_x = 3\.6\d* m and wheelset\.radius"):
+    with pytest.warns(cl.InputWarning, match=r"radius_x = 3\.6.* m and wheelset\.radius"):
         element = load_changed(tmp_path, None, radii).wheelset.element
     assert element.table is cl.carter_griffith_table("elliptic")
     assert element.contact == by_axes
@@ -181,21 +181,17 @@ slip_reduction = 0.4
 
 def test_the_radius_of_the_contact_is_not_that_of_the_wheel(tmp_path: Path, rig: cl.Model) -> None:
     changes = {'[wheelset]\nradius = "500 mm"': "[wheelset]\nradius = 0.43"}
-    doubt = r"contact\.radius = 0\.5 m and wheelset\.radius = 0\.43 m differ"
-    with pytest.warns(cl.InputWarning, match=doubt):
+    with pytest.warns(cl.InputWarning, match=r"radius = 0\.5 m and wheelset\.radius = 0\.43 m"):
         wheelset = load_changed(tmp_path, None, changes).wheelset
     assert (wheelset.radius, wheelset.element.radius) == (0.43, 0.43)
     assert wheelset.element.contact == rig.wheelset.element.contact
 
 
 def test_a_wheel_on_a_roller_is_flatter_and_bears_no_more_than_its_mass(tmp_path: Path) -> None:
-    """1/radius_x is 1/r of the wheel and 1/R of the roller, 0 of a rail."""
-    for roller in (0.3, 1.5, math.inf):
+    for roller in (0.3, 1.5, math.inf):  # 1/radius is that of the wheel plus that of the roller
         shape = SHAPE.replace('"500 mm"', repr(1.0 / (1.0 / 0.5 + 1.0 / roller)))
         load_changed(tmp_path, None, {SHAPE: shape, "wheels = 2": "wheels = 2\nmass = 22.5e3"})
-    with pytest.warns(
-        cl.InputWarning, match=r"wheelset\.mass = 2250 kg is .* carry, 2\.25e\+04 kg"
-    ):
+    with pytest.warns(cl.InputWarning, match=r"mass = 2250 kg is .* wheels carry, 2\.25e\+04 kg"):
         load_changed(tmp_path, None, {"wheels = 2": "wheels = 2\nmass = 2250.0"})
 
 

@@ -65,46 +65,19 @@ def test_the_page_of_names_has_all_that_are_on_top() -> None:
     assert sorted(set(listed) - {"cl"}) == on_top
 
 
-ERRORS = {  # of the lateral force against CONTACT: where each is stated
-    "along": [
-        ("README.md", r"CONTACT within ([\d.]+) of"),
-        ("README.md", r"\| ellipse, constant friction, a/b from 0.5 to 2 \| \S+ \| ([\d.]+)"),
-        ("docs/howto/lateral_spin.md", r"\| longitudinal \| ([\d.]+) "),
-        ("docs/explanation/validation.md", r"\| ellipse, constant friction, .*?3D \| ([\d.]+)"),
-    ],
-    "without spin": [
-        ("README.md", r"without spin; with spin \| 1e-12; fitted \| ([\d.]+);"),
-        ("docs/howto/lateral_spin.md", r"\| both, 30 degrees \| ([\d.]+) "),
-        ("docs/explanation/speed.md", r"without spin \| .* us \| .* us \| ([\d.]+) "),
-    ],
-    "with spin": [
-        ("README.md", r"within ([\d.]+) with lateral creepage and spin"),
-        ("README.md", r"without spin; with spin \| 1e-12; fitted \| [\d.]+; ([\d.]+),"),
-        ("docs/howto/lateral_spin.md", r"\| spin, alone or .* \| ([\d.]+) .* \|"),
-        ("docs/howto/lateral_spin.md", r"\| spin and lateral \| ([\d.]+) "),
-        ("docs/explanation/speed.md", r"\| contactlib, constant .* us \| .* us \| ([\d.]+) "),
-    ],
+STATED = {  # largest errors of a force against CONTACT, wherever the guide has them
+    "../README.md": r"within ([\d.]+) with .*without spin; with spin \| 1e-12; fitted \| ([\d.]+);",
+    "howto/lateral_spin.md": r"\| spin, alone .*? \| ([\d.]+) .*\| both, 30 degrees \| ([\d.]+) ",
+    "explanation/speed.md": r"constant friction \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) \|"
+    r".*without spin \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) ",
 }
 
 
-@pytest.mark.parametrize("quantity", list(ERRORS))
-def test_a_number_that_stands_twice_is_one(quantity: str) -> None:
-    found = {}
-    for name, pattern in ERRORS[quantity]:
-        text = (GUIDE.parent / name).read_text(encoding="utf-8")
-        found[name, pattern] = re.search(pattern, text)[1]  # type: ignore[index]
-    assert len(set(found.values())) == 1, found
-
-
-def test_what_slope_seeking_gains_is_what_its_table_shows() -> None:
-    text = (GUIDE / "explanation" / "traction_control.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^(\S.*?)  +([\d.]+) \(.*\) .*  ([\d.]+) \([\d.]+\)$", text, re.MULTILINE)
-    gains = [(name, 100 * float(seeking) - 100 * float(cut)) for name, cut, seeking in rows]
-    alone = [gain for name, gain in gains if name == "speed of the wheels alone"]
-    others = [gain for name, gain in gains if name != "speed of the wheels alone"]
-    assert (len(others), len(alone)) == (26, 2)
-    assert f"uses {min(others):.1f} to {max(others):.1f} points more" in text
-    assert "uses {:.1f} and {:.1f} points less".format(*(-gain for gain in alone)) in text
+def test_a_number_that_stands_twice_is_one() -> None:
+    found = {
+        re.findall(p, (GUIDE / name).read_text("utf-8"), re.DOTALL)[0] for name, p in STATED.items()
+    }
+    assert len(found) == 1
 
 
 @pytest.mark.slow
