@@ -69,8 +69,8 @@ def near_files(name: str, folder: Path) -> str:
     return f"; did you mean {close[0]}?" if close else ""
 
 
-# Doubts about the file that is being read, by key and value, as a scenario repeats what it changes
-# in its vehicle; None if no file is being read.
+# Doubts about the file that is being read, by key, as a scenario repeats what it changes in its
+# vehicle, and a list its mistake; None if no file is being read.
 _DOUBTS: ContextVar[dict[str, str] | None] = ContextVar("doubts", default=None)
 
 
@@ -322,7 +322,7 @@ def number(where: str, value: object, quantity: Quantity) -> float:
     if quantity.whole and si_value != int(si_value):
         raise ValueError(f"{where} = {value!r} must be a whole number")
     if text := quantity.doubt(where, si_value):
-        doubt(f"{'.'.join(where.split('.')[-2:])} = {si_value}", text)
+        doubt(".".join(where.split(".")[-2:]), text)
     return si_value
 
 

@@ -310,7 +310,7 @@ def test_steps_between_doubled_places_are_a_piecewise_linear_profile() -> None:
 @pytest.mark.parametrize(
     ("track", "doubt"),
     [
-        ("distance = [0]\nfriction = [1]\nslope = [12]", r"slope = 12 .* that is grade"),
+        ("distance = [0, 9]\nfriction = [1, 1]\nslope = [12, 14]", r"slope = 12 .* that is grade"),
         ("distance = [0, 9]\nslope = [2, 3]", r"track: slope without friction: .* is grade"),
         ("distance = [0, 9]\nspeed_limit = ['216 km/h', 60]", r"speed_limit = 60 has no unit"),
         ('map = "map.csv"', r"line 1: speed_limit = 80 has no unit"),
