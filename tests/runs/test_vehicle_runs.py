@@ -124,16 +124,13 @@ def test_loads_follow_statics_with_their_lag(lag: float) -> None:
         def static(t: Any, axle: int = axle) -> Any:
             return np.interp(t, run.time, statics[:, axle])
 
+        def rate(t: float, load: np.ndarray, known: Any = static) -> Any:
+            return (known(t) - load) / lag
+
         known = static(time)
         if lag > 0.0:
-            known = solve_ivp(
-                lambda t, p, s=static: [(s(t) - p[0]) / lag],
-                (0.0, run.time[-1]),
-                [static(0.0)],
-                t_eval=time,
-                rtol=1e-8,
-                max_step=0.01,
-            ).y[0]
+            start, end = [static(0.0)], (0.0, run.time[-1])
+            known = solve_ivp(rate, end, start, t_eval=time, rtol=1e-8, max_step=0.01).y[0]
         load = np.interp(time, run.time + 0.00125, run["normal_load"][:, axle])
         assert_allclose(load, known, rtol=0.0, atol=2e-3 * np.ptp(statics[:, axle]))
 

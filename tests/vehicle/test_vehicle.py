@@ -78,8 +78,8 @@ def test_without_a_train_nothing_pulls_at_the_coupler() -> None:
     low, high = (
         Vehicle(**(FOUR | {"train_mass": 0.0, "coupler_height": height})) for height in (0.0, 4.0)
     )
-    loads = [v.loads([5e3] * 4, acceleration=0.1, radius=RADIUS) for v in (low, high)]
-    assert_allclose(*loads, rtol=1e-14)
+    first, second = (v.loads([5e3] * 4, acceleration=0.1, radius=RADIUS) for v in (low, high))
+    assert_allclose(first, second, rtol=1e-14)
 
 
 def test_an_axle_cannot_pull_on_the_rail() -> None:
