@@ -15,10 +15,10 @@ same functions, for which it needs no hatchling.
 from __future__ import annotations
 
 import atexit
-import hashlib
 import importlib.util
 import os
 import platform
+import runpy
 import shutil
 import subprocess
 import sys
@@ -32,6 +32,7 @@ from typing import Any, NamedTuple
 
 SOURCES = Path(__file__).resolve().parent
 FOLDERS = ("kernel", "fmi")
+source_token = runpy.run_path(str(SOURCES / "source_token.py"))["source_token"]
 NATIVE = SOURCES.parent / "contactlib" / "_native"
 
 
@@ -71,15 +72,6 @@ def host() -> str:
     machine = platform.machine().lower()
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
     return known(os.environ.get("CONTACTLIB_HOST") or f"{machine}-{platform.system().lower()}")
-
-
-def source_token() -> str:
-    """Digest of the C sources, which ties an FMU's description to its binary."""
-    digest = hashlib.sha256()
-    paths = (path for folder in FOLDERS for path in (SOURCES / folder).glob("*.[ch]"))
-    for path in sorted(paths, key=lambda path: path.name):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:32]
 
 
 def compiler_flags() -> list[str]:

@@ -236,7 +236,9 @@ def write_polynomials() -> None:
             lines += ["{", *(f"{{{row}}}," for row in listed), "},"]
         lines += ["};", *["#endif /* ONE_FILE_KERNEL */"] * unused]
     lines += ["/* clang-format on */", "", "#endif", ""]
-    write_whole(package_folder("fmu") / "creep_coefficients.h", "\n".join(lines).encode())
+    write_whole(
+        package_folder("fmu") / "kernel" / "creep_coefficients.h", "\n".join(lines).encode()
+    )
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import re
+import runpy
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -13,7 +14,7 @@ import numpy as np
 from cffi import FFI
 from numpy.typing import NDArray
 
-from contactlib.base.writing import PACKAGE, c_sources
+from contactlib.base.writing import PACKAGE, c_sources, package_folder
 
 HEADERS = (
     "variable.h",
@@ -58,7 +59,7 @@ def library() -> Any:
     Raises
     ------
     ImportError
-        If it was not built for this machine.
+        If it was not built for this machine, or was built from other C sources.
     """
     with _LOADING:
         return _load()
@@ -71,18 +72,28 @@ def _load() -> Any:
         text = source.read_text(encoding="ascii")
         text = re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
         ffi.cdef(text.replace("CONTACTLIB_API ", ""), override=True)
-    path = library_path(platform_name())
+    path, sources = library_path(platform_name()), package_folder("fmu")
+    inside, hook = sources.parent == PACKAGE, sources / "build_hook.py"
+    remedy = "install the package again" if inside else f"'python {hook}' builds it"
     if not path.is_file():
         raise ImportError(
-            f"contactlib has no native library for {platform_name()} at {path}; "
-            "install the package again with 'pip install .' to build it"
+            f"contactlib has no native library for {platform_name()} at {path}; {remedy}"
         )
-    return ffi.dlopen(str(path))
+    found = ffi.dlopen(str(path))
+    if _token(found) != runpy.run_path(str(sources / "source_token.py"))["source_token"]():
+        raise ImportError(
+            f"{path} was built from other C sources than those in {sources}; {remedy}"
+        )
+    return found
+
+
+def _token(found: Any) -> str:
+    return str(ffi.string(found.contactlib_token()).decode())
 
 
 def token() -> str:
     """Digest of the C sources from which the library was built."""
-    return str(ffi.string(library().contactlib_token()).decode())
+    return _token(library())
 
 
 def pointer(array: NDArray[Any], kind: str) -> Any:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import struct
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -14,6 +16,7 @@ from typing import Any
 
 import platformdirs
 import pytest
+from cffi import FFI
 from fmu_proof import FOLDERS, SUFFIXES
 from tree import installed
 
@@ -188,6 +191,26 @@ def test_changed_sources_ask_for_a_new_library_here_first(
     hook.write_text(hook.read_text().replace(kernel.token(), "0" * 32))
     with pytest.raises(ValueError, match=r"'python .*build_hook\.py' builds it again"):
         binaries("all", 3, "Wheel")
+
+
+@pytest.mark.parametrize(
+    ("package", "remedy"),
+    [(".", "install the package again"), ("contactlib", r"'python .*build_hook\.py' builds it")],
+)
+def test_library_of_other_sources_is_not_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, remedy: str
+) -> None:
+    library = import_module("contactlib.kernel.library")  # a function has this name too
+    built, sources = kernel.library_path(kernel.platform_name()), tmp_path / "fmu"
+    shutil.copytree(package_folder("fmu"), sources)
+    with (sources / "kernel" / "drivetrain.h").open("a") as file:
+        file.write("/* changed */\n")
+    monkeypatch.setattr(library, "ffi", FFI())
+    monkeypatch.setattr(library, "package_folder", lambda _: sources)
+    monkeypatch.setattr(library, "library_path", lambda _: built)
+    monkeypatch.setattr(library, "PACKAGE", tmp_path / package)
+    with pytest.raises(ImportError, match=f"was built from other C sources than .*; {remedy}"):
+        library._load.__wrapped__()
 
 
 def test_failure_of_the_compiler_is_one_line(libraries: dict[str, Path], compiler: Path) -> None:

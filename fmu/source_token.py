@@ -1,0 +1,18 @@
+"""The token that ties a library, and the descriptions of FMUs with it, to its C sources."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+SOURCES = Path(__file__).resolve().parent
+FOLDERS = ("kernel", "fmi")
+
+
+def source_token() -> str:
+    """Digest of the C sources, whatever their line ends."""
+    digest = hashlib.sha256()
+    paths = (path for folder in FOLDERS for path in (SOURCES / folder).glob("*.[ch]"))
+    for path in sorted(paths, key=lambda path: path.name):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()[:32]
