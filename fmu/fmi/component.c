@@ -672,14 +672,23 @@ result component_step(component *self, double point, double step) {
     }
     for (size_t w = 0; w < self->wheels; w++) {
         check_exchange(self, w);
-        if (values[w].held_tolerance > self->now->tolerance && is_first(self, TOLERANCE))
+        values[w].time = end;
+        double held = values[w].held_tolerance, limit = values[w].max_substeps;
+        if (!(held > self->now->tolerance) || !is_first(self, TOLERANCE)) continue;
+        if (limit > 0.0)
+            component_log(self, RESULT_WARNING,
+                          "%sthe step of %s s from %s s: max_substeps = %s is too small for a "
+                          "tolerance of %s, and the estimated error is %s; allow more substeps, or "
+                          "take shorter steps",
+                          WHEEL(w), SHOWN(step), SHOWN(point), SHOWN(limit),
+                          SHOWN(self->now->tolerance), SHOWN(held));
+        else
             component_log(self, RESULT_WARNING,
                           "%sthe step of %s s from %s s: the wheel swings too often on its "
                           "contact to follow it with a tolerance of %s; it was %s in a part of the "
                           "step, so only the mean is right; take shorter steps",
                           WHEEL(w), SHOWN(step), SHOWN(point), SHOWN(self->now->tolerance),
-                          SHOWN(values[w].held_tolerance));
-        values[w].time = end;
+                          SHOWN(held));
     }
     if (self->states > 0) self->now->stale = 1; /* without states the outputs stay valid */
     return RESULT_OK;

@@ -211,7 +211,7 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
     force_element_parameters there = force_element_at_load(&v->contact, load);
     v->output.creep_force = memory.force;
     v->output.traction_coefficient = memory.force / load;
-    set_by_force(&there, &v->input, &v->output);
+    set_by_force(&there, &task->input, &v->output);
 }
 
 static const char *step_slips(const creep_table *table, model_values *values, size_t n, double step,

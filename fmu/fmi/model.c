@@ -195,7 +195,8 @@ const char TRUTH[] = "Boolean";
 
 #define SUBSTEP_LIMIT \
     FIXED("max_substeps", "1", "largest number of the integrator's substeps in a communication step, " \
-          "for hardware in the loop; 0: as many as the tolerance needs", 0.0, 1e5, max_substeps)
+          "rounded up, for hardware in the loop; 0: as many as the tolerance needs", 0.0, 1e5, \
+          max_substeps)
 
 static const model_variable FORCE_ELEMENT_VARIABLES[] = {
     TIME,

@@ -59,7 +59,7 @@ typedef struct {
     slip_memory memory;
     double substep;               /* length that the integrator tries next [s] */
     double held_tolerance;        /* of the last step [1] */
-    double max_substeps;          /* in a step; 0: no limit */
+    double max_substeps;          /* in a step, rounded up; 0: no limit */
     double spins;                 /* 1 if the contact has spin as an input */
     creep_forces_parameters pair; /* without Poisson's ratio, which is the prepared pair's */
     creep_forces_input ellipse;

@@ -336,6 +336,10 @@ def test_step_that_cannot_be_done_is_discarded(rig: cl.Model, tmp_path: Path, ve
         omega, torque = tool.get("omega", "wheel_torque")
         assert abs(omega) < 1e-6
         assert torque == pytest.approx(-1e4, rel=1e-6)
+    with Instance(folder).start(speed=0.0, omega=-1.5, damping=0.0, max_substeps=1.0) as tool:
+        tool.set(drive_torque=1e4)
+        tool.step(0.0, 0.1)
+        warns(tool, "max_substeps = 1 is too small for a tolerance of 1e-06")
     with Instance(folder).start(speed=0.0, omega=-1.5, damping=0.0) as tool:
         tool.set(drive_torque=1e6)
         tool.step(0.0, 1e-3)

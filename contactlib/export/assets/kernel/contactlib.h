@@ -44,7 +44,7 @@ typedef struct {
                                  wheel swings too often on its contact to be followed, or if
                                  max_substeps could not meet it; then the estimated error */
     double max_substeps;      /* largest number of the integrator's substeps in a step, for a
-                                 bounded time; 0, as at the start: as the tolerance needs */
+                                 bounded time, rounded up; 0, as at the start: no limit */
 } contactlib_element;
 
 /* Relative tolerance of the slip over an implicit step, the default of an FMU. */
