@@ -45,15 +45,15 @@ ROLES = {
     "indicator": ("local", "continuous"),
 }
 
-# Inputs of the outputs that need no force; and inputs that no output of a contact depends on,
-# because they act on the body.
+# Inputs of the outputs that need no force; and inputs, and a state, that no output of a contact
+# depends on, because they act on the body.
 KINEMATIC = {
     "creepage": ("omega", "speed"),
     "speed_regularized": ("speed",),
     "length_limited": ("normal_load",),
     "unloaded": ("normal_load",),
 }
-BODY_INPUTS = {"drive_torque", "resistance_force"}
+BODY_INPUTS = {"drive_torque", "brake_torque", "resistance_force", "pads"}
 # A contact with memory holds its force, up to friction, so no algebraic loop leads through it.
 HELD = dict.fromkeys(
     ("creep_force", "wheel_torque", "traction_coefficient", "lateral_force"),
@@ -314,6 +314,8 @@ class Description:
             "lateral_velocity": 0.0,
             "spin_velocity": 0.0,
             "drive_torque": 0.0,
+            "brake_torque": 0.0,
+            "pads": 1.0,
             "resistance_force": 0.0,
             "creep_force": 0.0,
             **self.starts,
@@ -401,6 +403,8 @@ class Description:
             "semi_axis_y": element.contact.semi_width,
             "wheel_torque": element.radius * force,
             "drive_torque": element.radius * force,
+            "brake_torque": element.radius * force,
+            "pads": 1.0,
             "creepage": zeta0,
             "normalized_creepage": 1.0,
             "saturation_creepage": zeta0,

@@ -105,6 +105,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
         "normal_load": element.normal_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
         "friction_scale": 1.0 - 0.3 * pulse**4,
         "drive_torque": element.radius * sliding * (0.9 + excess * pulse),
+        "brake_torque": 0.3 * element.radius * sliding * np.sin(np.pi * late) ** 2,
         "resistance_force": 0.1 * sliding * pulse,
         "creep_force": sliding * (0.9 + 0.2 * pulse),
         "semi_axis_x": width * (1.0 + 0.2 * pulse),

@@ -24,7 +24,7 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
-enum { CATEGORY_COUNT = 3, FLAG_COUNT = 6, MAX_VARIABLES = 128, MODEL_STATES = 7, TOKEN_SIZE = 80 };
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 6, MAX_VARIABLES = 128, MODEL_STATES = 8, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, by rising severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];

@@ -4,6 +4,7 @@
 #include "force_element_formula.h"
 #include "model_functions.h"
 #include "simd_math.h"
+#include "wheelset_law.h"
 
 #define LARGE 1e300
 #define AT(member) offsetof(model_values, member)
@@ -180,8 +181,11 @@ const char TRUTH[] = "Boolean";
             -10.0, 10.0, body.grade_acceleration)
 
 #define BODY_INPUTS \
-    GIVEN(INPUT, "drive_torque", "N.m", "torque of the drive on the wheelset", -1e12, 1e12, \
-          drive_torque), \
+    GIVEN(INPUT, "drive_torque", "N.m", "torque of the drive on the wheelset; a negative one is a " \
+          "motor's, which turns a wheel backward that does not grip", -1e12, 1e12, drive_torque), \
+    GIVEN(INPUT, "brake_torque", "N.m", "torque that a friction brake can hold, at the axle, " \
+          "against the rotation; the wheel locks where it does not grip", 0.0, 1e12, \
+          brake_torque), \
     GIVEN(INPUT, "resistance_force", "N", "further force against the motion, such as that of a train", \
           -1e12, 1e12, resistance_force)
 
@@ -189,9 +193,14 @@ const char TRUTH[] = "Boolean";
     GIVEN(role, "omega", "rad/s", "angular velocity of the wheel, positive when rolling forward", \
           -1e9, 1e9, input.omega), \
     GIVEN(role, "speed", "m/s", "forward velocity of the wheel's centre", -1e9, 1e9, input.speed)
+#define BODY_STATES \
+    VELOCITIES(STATE), \
+    GIVEN(STATE, "pads", "1", "way by which the wheel has carried the pads of its brake along, over " \
+          "what they give: 1 where they slide forward, -1 backward", -1e9, 1e9, pads)
 #define BODY_RATES \
     MADE(DERIVATIVE, "der(omega)", "rad/s2", "angular acceleration", rates.omega_rate), \
-    MADE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", rates.speed_rate)
+    MADE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", rates.speed_rate), \
+    MADE(DERIVATIVE, "der(pads)", "1/s", "rate of the pads", pads_rate)
 
 #define SUBSTEP_LIMIT \
     FIXED("max_substeps", "1", "largest number of the integrator's substeps in a communication step, " \
@@ -226,7 +235,7 @@ static const model_variable WHEELSET_VARIABLES[] = {
     SUBSTEP_LIMIT,
     BODY_INPUTS,
     CONTACT_INPUTS,
-    VELOCITIES(STATE),
+    BODY_STATES,
     MEMORY,
     BODY_RATES,
     MEMORY_RATES,
@@ -243,7 +252,7 @@ static const model_variable BODY_VARIABLES[] = {
     BODY_INPUTS,
     GIVEN(INPUT, "creep_force", "N", "force on the wheel, positive forward", -1e15, 1e15,
           output.creep_force),
-    VELOCITIES(STATE),
+    BODY_STATES,
     BODY_RATES,
 };
 
@@ -340,7 +349,8 @@ const model *model_of(const char *kind) {
     return NULL;
 }
 
-/* With memory a wheelset's slip w and its force Q obey m dw/dt = -Q and sigma dQ/dt = c w - v Q,
+/* Pads approach their end at a rate of their way's speed over what they give.
+ * With memory a wheelset's slip w and its force Q obey m dw/dt = -Q and sigma dQ/dt = c w - v Q,
  * c/v being the slope of the steady force. Euler's method is stable below 1 / lambda, with the slip
  * pole lambda, where they swing, and below 2 sigma / v where both decay. The lag shortens to
  * about a hundredth of sigma where the contact slides. */
@@ -351,6 +361,8 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     double longest = INFINITY;
     if (remembering)
         longest = 0.01 * contact_scales_of(table, p).relaxation_length / fabs(v.input.speed);
+    if (values->brake_torque > 0.0)
+        longest = fmin(longest, 2.0 * PADS_GIVE / fabs(p->radius * v.input.omega));
     if (!m->has_contact || !m->moves) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
     forget(&v.input);

@@ -53,9 +53,12 @@ typedef struct {
     force_element_input input;
     double drive_torque;
     double resistance_force;
+    double brake_torque;
+    double pads; /* state of the brake's */
     force_element_output output;
     double step_size_hint;
     wheelset_rates rates;
+    double pads_rate;
     slip_memory memory;
     double substep;               /* length that the integrator tries next [s] */
     double held_tolerance;        /* of the last step [1] */

@@ -1,6 +1,7 @@
 /* The models "wheelset" and "wheelset_body", which has no contact of its own. */
 #include "memory.h"
 #include "model_functions.h"
+#include "wheelset_law.h"
 #include "wheelset_step.h"
 
 static wheelset_parameters body_of(const model_values *v) {
@@ -10,12 +11,19 @@ static wheelset_parameters body_of(const model_values *v) {
     return body;
 }
 
+static braking braking_now(const model_values *v) {
+    return braking_under(v->brake_torque, v->contact.radius, v->input.omega, v->pads);
+}
+
 void evaluate_body(const creep_table *table, model_values *values, size_t n) {
     (void)table;
     for (model_values *v = values; v < values + n; v++) {
         wheelset_parameters body = body_of(v);
-        wheelset_motion(&body, v->input.omega, v->input.speed, v->drive_torque, v->resistance_force,
+        braking b = braking_now(v);
+        double torque = v->drive_torque - v->brake_torque * b.part;
+        wheelset_motion(&body, v->input.omega, v->input.speed, torque, v->resistance_force,
                         &v->output, &v->rates);
+        v->pads_rate = b.pads_rate;
     }
 }
 
@@ -24,14 +32,18 @@ void evaluate_wheelset(const creep_table *table, model_values *values, size_t n)
     evaluate_body(table, values, n);
 }
 
-/* Change of the accelerations, from that of the creep force. */
+/* Change of the rates, from that of the creep force. */
 static void follow_motion(const model_values *v, const model_values *direction, double dforce,
-                          wheelset_rates *change) {
+                          model_values *change) {
     const force_element_input *din = &direction->input;
-    change->omega_rate =
-        (direction->drive_torque - v->contact.radius * dforce - v->body.damping * din->omega) /
-        v->body.inertia;
-    change->speed_rate =
+    braking b = braking_now(v);
+    double dpart = b.by_omega * din->omega + b.by_pads * direction->pads;
+    double dtorque =
+        direction->drive_torque - direction->brake_torque * b.part - v->brake_torque * dpart;
+    change->rates.omega_rate =
+        (dtorque - v->contact.radius * dforce - v->body.damping * din->omega) / v->body.inertia;
+    change->pads_rate = b.rate_by_omega * din->omega + b.rate_by_pads * direction->pads;
+    change->rates.speed_rate =
         (dforce - v->rates.resistance_slope * din->speed - direction->resistance_force) *
         v->body.inverse_mass;
 }
@@ -40,13 +52,13 @@ void tangent_wheelset(const creep_table *table, const model_values *v,
                       const model_values *direction, model_values *change) {
     force_element_tangent(table, &v->contact, &v->input, &v->output, &direction->input,
                           &change->output);
-    follow_motion(v, direction, change->output.creep_force, &change->rates);
+    follow_motion(v, direction, change->output.creep_force, change);
 }
 
 void tangent_body(const creep_table *table, const model_values *v, const model_values *direction,
                   model_values *change) {
     (void)table;
-    follow_motion(v, direction, direction->output.creep_force, &change->rates); /* an input here */
+    follow_motion(v, direction, direction->output.creep_force, change); /* an input here */
 }
 
 static wheelset_task task_of(const model_values *v, const wheelset_parameters *body,
@@ -55,6 +67,8 @@ static wheelset_task task_of(const model_values *v, const wheelset_parameters *b
                            .body = body,
                            .drive_torque = v->drive_torque,
                            .resistance_force = v->resistance_force,
+                           .brake_torque = v->brake_torque,
+                           .pads = v->pads,
                            .input = v->input,
                            .tolerance = tolerance,
                            .substep = v->substep,
@@ -66,6 +80,7 @@ static void take_state(model_values *v, const wheelset_task *task) {
     v->held_tolerance = task->tolerance;
     v->input.omega = task->input.omega;
     v->input.speed = task->input.speed;
+    v->pads = task->pads;
     take_memory(&v->input, &task->input);
 }
 

@@ -3,33 +3,6 @@
 #include "simd_dispatch.h"
 #include "track_formula.h"
 
-/* Chosen, as rim speeds and ways: the pads of a brake give that way in their holders before they
- * slide, and the holders damp them as long as they stick. */
-static const double PADS_GIVE = 1e-4; /* [m] */
-static const double PADS_DAMP = 5e-3; /* speed from which the damping is full [m/s] */
-
-/* Part of the brake's torque that acts against a wheel, -1 to 1, and its derivatives. It is that of
- * the pads, which a turning wheel carries along until they slide: dpads/dt = (u - |u| pads)/give.
- */
-typedef struct {
-    double part, by_omega, by_pads; /* [1], [s], [1] */
-    double pads_rate, rate_by_omega, rate_by_pads;
-} braking;
-
-static braking braking_of(const drivetrain_parameters *p, double omega, double pads) {
-    double rim = p->body.radius * omega, pace = fabs(rim) / PADS_GIVE, reference, reference_slope;
-    regularized_speed(rim, PADS_DAMP, &reference, &reference_slope);
-    double along = rim / reference, left = 0.5 * (1.0 - pads * pads);
-    double along_slope = (1.0 - along * reference_slope) * p->body.radius / reference;
-    double sign = rim > 0.0 ? 1.0 : -1.0;
-    return (braking){.part = pads + left * along,
-                     .by_omega = left * along_slope,
-                     .by_pads = 1.0 - pads * along,
-                     .pads_rate = rim / PADS_GIVE - pace * pads,
-                     .rate_by_omega = (1.0 - sign * pads) * p->body.radius / PADS_GIVE,
-                     .rate_by_pads = -pace};
-}
-
 /* Add the brake's torque, which acts against the rotation of each wheel, its first-order lag, and
  * its pads. */
 static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
@@ -44,7 +17,7 @@ static void set_brake_rates(group *g, rows y, rows f, matrix *jacobian) {
         f[BRAKE][l] = missing * pace;
         for (int i = 0; i < (g->elastic ? 2 : 1); i++) {
             double omega = y[LEFT + i][l];
-            braking b = braking_of(&p, omega, y[PADS_LEFT + i][l]);
+            braking b = braking_of(p.body.radius, omega, y[PADS_LEFT + i][l]);
             f[PADS_LEFT + i][l] = b.pads_rate;
             f[LEFT + i][l] -= share * torque * b.part * body;
             power += share * b.part * omega;
@@ -359,7 +332,8 @@ static void set_outputs(group *g, rows y, int count, drivetrain_output *output) 
         double turning = omega[0] * omega[0] + omega[1] * omega[1];
         double braked = 0.0;
         for (int i = 0; g->braked && i < 2; i++)
-            braked += 0.5 * y[BRAKE][l] * braking_of(&p, omega[i], y[PADS_LEFT + i][l]).part;
+            braked +=
+                0.5 * y[BRAKE][l] * braking_of(p.body.radius, omega[i], y[PADS_LEFT + i][l]).part;
         int held = p.body.inverse_mass == 0.0;
         double moving = held ? 0.0 : 0.5 * v * v / p.body.inverse_mass;
         output[l] = (drivetrain_output){

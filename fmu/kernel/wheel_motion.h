@@ -10,12 +10,16 @@
 /* From this number of substeps on a coarser tolerance is held. */
 enum { MANY_SUBSTEPS = 40000 };
 
+/* Row of the brake's pads, behind omega, speed and memory. */
+enum { PADS = 2 + MEMORY_STATES };
+
 /* The equations and everything that is held over a step. */
 typedef struct {
     contacts contact;
     int prescribed; /* 1 if the velocities are, so that only the memory has equations */
     lanes body[FIELDS(wheelset_parameters)];
-    lanes drive_torque, resistance_force, omega_rate;
+    int braked; /* 1 if a brake is on in any lane */
+    lanes drive_torque, resistance_force, brake_torque, omega_rate;
     lanes saturation; /* creepage at the start of the substep */
 } motion;
 
@@ -54,8 +58,26 @@ ALWAYS_INLINE void set_motion(motion *m, rows y, rows f, matrix *jacobian) {
     }
 }
 
-/* Rows of y: omega, speed and the states of the memory, which are constant without it; those of a
- * lateral force come last. */
+/* Add the brake's torque and its pads. */
+static void set_brake(motion *m, rows y, rows f, matrix *jacobian) {
+    for (int l = 0; l < LANES; l++) {
+        TAKE(wheelset_parameters, body, m->body);
+        double torque = m->brake_torque[l], pull = torque / body.inertia;
+        braking b = braking_under(torque, body.radius, y[0][l], y[PADS][l]);
+        f[0][l] -= pull * b.part;
+        f[PADS][l] = b.pads_rate;
+        if (!jacobian) continue;
+        lanes(*j)[MAX_STATES] = *jacobian;
+        for (int i = 0; i < PADS; i++) j[i][PADS][l] = j[PADS][i][l] = 0.0;
+        j[0][0][l] -= pull * b.by_omega;
+        j[0][PADS][l] = -pull * b.by_pads;
+        j[PADS][0][l] = b.rate_by_omega;
+        j[PADS][PADS][l] = b.rate_by_pads;
+    }
+}
+
+/* Rows of y: omega, speed, the states of the memory, which are constant without it, those of a
+ * lateral force behind the others, and the brake's pads. */
 static void motion_rates_of(void *model, rows y, rows f, matrix *jacobian) {
     motion *m = (motion *)model;
     lanes *in = m->contact.in, *out = m->contact.out;
@@ -67,14 +89,12 @@ static void motion_rates_of(void *model, rows y, rows f, matrix *jacobian) {
     else contacts_evaluate_force(&m->contact);
     for (int i = 0; i < memory_rows; i++)
         memcpy(f[2 + i], (&OUTPUT_OF(held_rate))[i], sizeof(lanes));
-    if (!jacobian) {
-        set_motion(m, y, f, NULL);
-        return;
-    }
-    set_motion(m, y, f, jacobian);
-    for (int i = 0; i < memory_rows; i++)
+    if (jacobian) set_motion(m, y, f, jacobian);
+    else set_motion(m, y, f, NULL);
+    for (int i = 0; jacobian && i < memory_rows; i++)
         memcpy((*jacobian)[2 + i], &OUTPUT_OF(memory_by) + (2 + MEMORY_STATES) * i,
                (2 + MEMORY_STATES) * sizeof(lanes));
+    if (m->braked) set_brake(m, y, f, jacobian);
 }
 
 /* Of the memory alone. */
@@ -94,7 +114,7 @@ static void memory_error_size(void *model, rows y, rows error, lanes size) {
 }
 
 static void motion_error_size(void *model, rows y, rows error, lanes size) {
-    const motion *m = (const motion *)model;
+    motion *m = (motion *)model;
     memset(size, 0, sizeof(lanes));
     if (remembers(m->contact.given[0])) memory_error_size(model, y, error, size);
     EACH_LANE (l) {
@@ -104,12 +124,22 @@ static void motion_error_size(void *model, rows y, rows error, lanes size) {
         double of_slip = fabs(radius * error[0][l] - error[1][l]);
         size[l] += of_slip / (slip + m->saturation[l] * speed) + fabs(error[1][l]) / speed;
     }
+    for (int l = 0; m->braked && l < LANES; l++) {
+        TAKE(force_element_parameters, contact, m->contact.there);
+        double sliding = contact.radius * contact.kinetic_friction * contact.nominal_load;
+        double torque = m->brake_torque[l];
+        size[l] += torque * fabs(error[PADS][l]) / (torque + sliding);
+    }
 }
 
 static inline equations motion_equations(motion *m) {
     int count = memory_states_of(m);
     equations wheelset = {2 + count,       2 + count,        1, {0, 1, 2, 3, 4, 5, 6}, m,
                           motion_rates_of, motion_error_size};
+    if (m->braked) {
+        wheelset.place[wheelset.states++] = PADS;
+        wheelset.rows++;
+    }
     equations memory = {1 + count,       1 + count,        1, {0, 2, 3, 4, 5, 6}, m,
                         motion_rates_of, memory_error_size};
     return m->prescribed ? memory : wheelset;
@@ -127,21 +157,26 @@ static inline void load_motion(motion *m, rows y, int l, const wheelset_task *ta
         (const double *)(m->prescribed ? &body : task->body));
     m->drive_torque[l] = task->drive_torque;
     m->resistance_force[l] = task->resistance_force;
+    m->brake_torque[l] = task->brake_torque;
+    m->braked |= task->brake_torque > 0.0;
     m->omega_rate[l] = task->omega_rate;
     y[0][l] = task->input.omega;
     y[1][l] = task->input.speed;
     force_element_input held = task->input;
     if (remembers(task->contact)) lose_excess(task->contact, &held);
     for (int i = 0; i < MEMORY_STATES; i++) y[2 + i][l] = (&held.held_force)[i];
+    y[PADS][l] = task->pads;
 }
 
-/* A step that is long against the distance of an end of slip may overshoot the part that is left.
- */
-static inline void store_motion(rows y, int l, force_element_input *state) {
+/* A step that is long against the distance of an end of slip, or against the way that pads give,
+ * may overshoot the part that is left. */
+static inline void store_motion(rows y, int l, wheelset_task *task) {
+    force_element_input *state = &task->input;
     state->omega = y[0][l];
     state->speed = y[1][l];
     for (int i = 0; i < MEMORY_STATES; i++) (&state->held_force)[i] = y[2 + i][l];
     state->unslipped = smaller(larger(state->unslipped, 0.0), 1.0);
+    task->pads = smaller(larger(y[PADS][l], -1.0), 1.0);
 }
 
 #endif

@@ -131,6 +131,7 @@ static const char *advance_few(const creep_table *table, wheelset_task *tasks, s
     integration run;
     int late[LANES] = {0};
     const char *error = NULL;
+    m.braked = 0;
     contacts_begin(&m.contact, table, tasks->contact);
     for (size_t l = 0; l < LANES; l++) {
         const wheelset_task *task = &tasks[l < n ? l : 0];
@@ -157,7 +158,7 @@ static const char *advance_few(const creep_table *table, wheelset_task *tasks, s
             error = found != NULL ? found : error;
             *failed = found != NULL ? l : *failed;
         } else {
-            store_motion(run.y, (int)l, &tasks[l].input);
+            store_motion(run.y, (int)l, &tasks[l]);
             tasks[l].substep = run.h[l];
         }
     }

@@ -48,4 +48,43 @@ ALWAYS_INLINE wheelset_rates motion_rates(const wheelset_parameters *p, double o
     return rates;
 }
 
+/* Chosen, as rim speeds and ways: the pads of a brake give that way in their holders before they
+ * slide, and the holders damp them as long as they stick. */
+static const double PADS_GIVE = 1e-4; /* [m] */
+static const double PADS_DAMP = 5e-3; /* speed from which the damping is full [m/s] */
+
+/* Part of the brake's torque that acts against a wheel, -1 to 1, and its derivatives. It is that of
+ * the pads, which a turning wheel carries along until they slide: dpads/dt = (u - |u| pads)/give.
+ */
+typedef struct {
+    double part, by_omega, by_pads; /* [1], [s], [1] */
+    double pads_rate, rate_by_omega, rate_by_pads;
+} braking;
+
+ALWAYS_INLINE braking braking_of(double radius, double omega, double pads) {
+    double rim = radius * omega, pace = fabs(rim) / PADS_GIVE, reference, reference_slope;
+    regularized_speed(rim, PADS_DAMP, &reference, &reference_slope);
+    double held = smaller(larger(pads, -1.0), 1.0); /* a solver may try more */
+    double along = rim / reference, left = 0.5 * (1.0 - held * held);
+    double along_slope = (1.0 - along * reference_slope) * radius / reference;
+    double sign = rim > 0.0 ? 1.0 : -1.0;
+    braking found = {held + left * along,
+                     left * along_slope,
+                     held == pads ? 1.0 - pads * along : 0.0,
+                     rim / PADS_GIVE - pace * pads,
+                     (1.0 - sign * pads) * radius / PADS_GIVE,
+                     -pace};
+    return found;
+}
+
+/* The same of a brake that may be off: the wheel does not carry pads that nothing presses. */
+ALWAYS_INLINE braking braking_under(double torque, double radius, double omega, double pads) {
+    braking found = braking_of(radius, omega, pads);
+    double pressed = torque > 0.0 ? 1.0 : 0.0;
+    found.pads_rate *= pressed;
+    found.rate_by_omega *= pressed;
+    found.rate_by_pads *= pressed;
+    return found;
+}
+
 #endif

@@ -103,13 +103,14 @@ static const char *advance(const equations *problem, integration *run, double st
 const char *wheelset_advance(const creep_table *table, wheelset_task *task, double step) {
     motion m;
     integration run;
+    m.braked = 0;
     contacts_begin(&m.contact, table, task->contact);
     contacts_load(&m.contact, 0, task->contact, &task->input);
     load_motion(&m, run.y, 0, task);
     equations problem = motion_equations(&m);
     const char *error =
         advance(&problem, &run, step, &task->tolerance, &task->substep, task->max_substeps);
-    if (error == NULL) store_motion(run.y, 0, &task->input);
+    if (error == NULL) store_motion(run.y, 0, task);
     return error;
 }
 

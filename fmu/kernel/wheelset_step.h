@@ -13,6 +13,8 @@ typedef struct {
     double omega_rate;               /* only then [rad/s2] */
     double drive_torque;             /* held over the step [N.m] */
     double resistance_force;         /* likewise [N] */
+    double brake_torque;             /* of a friction brake, at least 0; likewise [N.m] */
+    double pads;                     /* state of its pads, as a drivetrain's [1] */
     force_element_input input;       /* velocities and memory are the state, the rest is held */
     double tolerance;    /* returns the one that was held, larger after very many substeps [1] */
     double substep;      /* length to try first (0: not known); returns the one to try next [s] */

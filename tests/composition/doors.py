@@ -8,6 +8,7 @@ steady rolling.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import tomllib
@@ -21,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from brake_pads import held_by
 from explorer_page import ExplorerPage
 from exported_fmu import exported
 from fmu_instance import Instance
@@ -242,8 +244,22 @@ def in_python(case: Case) -> None:
         same(force, points.traction_coefficient, 0.03)
 
 
+def braked_run(case: Case) -> None:
+    """Under the torque that the brake has in a run, a wheelset's FMU moves as in the run."""
+    run = cl.run_scenario(case.scenario, "open_loop", step=1e-3)
+    folder, start = exported(case.model, case.folder, "wheelset", 3), {"omega": run["omega"][0]}
+    with Instance(folder).start(**start) as tool:
+        for time, ends in zip(run.time, itertools.pairwise(-run["drive_torque"]), strict=False):
+            tool.set(brake_torque=float(np.mean(ends)))
+            tool.step(float(time), 1e-3)
+        same(tool.get("omega", "speed"), [run[name][-1] for name in ("omega", "speed")], 1e-6)
+
+
 def fmu_step(case: Case) -> None:
     """Steps at constant inputs end at the outputs of Python in steady rolling."""
+    if "brake" in case.feature.sections:
+        braked_run(case)
+        return
     folder, rows = exported(case.model, case.folder, "force_element", 3), case.wheel_inputs(4)
     with Instance(folder) as tool:
         variables = tool.description.modelVariables
@@ -269,17 +285,20 @@ def fmu_exchange(case: Case) -> None:
         tool.fmu.updateDiscreteStates()
         tool.fmu.enterContinuousTimeMode()
         for row, contact in zip(rows, expected, strict=True):
-            tool.set(**{name: float(row[name]) for name in given}, drive_torque=7e3)
+            rim = case.wheelset.radius * row["omega"]
+            part, carried = held_by(0.3, rim)
+            torque = {"drive_torque": 7e3, "brake_torque": 2e3, "pads": 0.3}
+            tool.set(**{name: float(row[name]) for name in given}, **torque)
             values = [float(contact[name]) for name in names]
             same(tool.get(*names), values, 1e-11, max(map(abs, values)))
             motion = case.wheelset.native.motion(
                 row["omega"],
                 row["speed"],
-                7e3,
+                7e3 - 2e3 * part,
                 0.0,
                 kernel.contact_with_force(contact["creep_force"]),
             )
-            same(tool.get("der(omega)"), motion.omega_rate, 1e-10)
+            same(tool.get("der(omega)", "der(pads)"), [motion.omega_rate, carried], 1e-10)
             if case.element.memory:
                 rates = ("held_rate", "unslipped_rate", "outer_rate")
                 rated = tool.get("der(held_force)", "der(unslipped)", "der(outer_force)")
@@ -545,6 +564,11 @@ DOORS: dict[str, Door] = {
     "page": Door(explorer, "browser"),
     "gym": Door(environment, takes_scenarios=True),
 }
+# Doors of one wheelset that have a part of a run.
+HAVE_PART: dict[str, tuple[Callable[..., Any], ...]] = {
+    "axle": (poles,),
+    "brake": (fmu_step, fmu_exchange),
+}
 NOT_OF_A_WHEELSET = "It belongs to a run; this takes one wheelset."
 STEADY = (
     "Computed for steady rolling, here at 3 m/s: the error grows with p a/V, as "
@@ -572,10 +596,9 @@ def cell_of(case: Case, door: Door, *tools: ExplorerPage) -> Cell:
     AssertionError
         If the two ways of the door differ.
     """
-    if case.feature.sections and not door.takes_scenarios:
-        of_axle = "axle" in case.feature.sections and door.check is poles
-        if not of_axle:
-            return Cell("-", NOT_OF_A_WHEELSET)
+    parts = () if door.takes_scenarios else case.feature.sections
+    if any(door.check not in HAVE_PART.get(part, ()) for part in parts):
+        return Cell("-", NOT_OF_A_WHEELSET)
     if case.feature.lateral and not door.takes_lateral:
         return Cell("-", NOT_LATERAL)
     with warnings.catch_warnings(record=True) as warned:

@@ -418,7 +418,7 @@ def test_setters_set_states_in_continuous_time_mode_alone(
     description = Description(with_memory(locomotive), "wheelset")
     names = [v.name for v in description.of_role("state")]
     read = [v.name for v in description.of_role("output", "derivative", "indicator")]
-    state = (20.25, 10.0, 2e4, 0.6, 5e3, 1e3, 1e2)[: len(names)]
+    state = (20.25, 10.0, 0.7, 2e4, 0.6, 5e3, 1e3, 1e2)[: len(names)]
     readings = []
     for by_name in (True, False):
         with Instance(folder, exchange=True).start(drive_torque=2e4) as tool:

@@ -471,7 +471,7 @@ def test_casadi_takes_several_wheels_in_fmi_2(locomotive: cl.Model, tmp_path: Pa
         dae = casadi.DaeBuilder("wheelsets", str(folder))
         with nullcontext() if version == 2 else pytest.raises(RuntimeError):  # no arrays
             equations = dae.create("equations", ["x", "u"], ["ode"])
-            rates[version] = equations([20.0, 20.5, 10.0, 10.0], dae.start(dae.u()))
+            rates[version] = equations([20.0, 20.5, 10.0, 10.0, 1.0, 1.0], dae.start(dae.u()))
     first, second = rates[2].full().ravel()[:2]
     assert second < first  # the second one slips
 
@@ -498,6 +498,7 @@ def test_casadi_reads_derivatives_and_their_exact_jacobian(
     falling = []
     for creepage in (-0.2, -1e-3, 1e-3, 0.01, 0.02, 0.5):
         point = {"drive_torque": 2e4, "lateral_velocity": 0.01, "spin_velocity": 0.5}
+        point |= {"brake_torque": 1e3, "pads": 0.7}
         point = {**start, **point, "omega": 20.0 * (1.0 + creepage), "friction_scale": 0.8}
         x, u = ([point[name] for name in names[group]] for group in ("x", "u"))
         native.set(**point)

@@ -45,14 +45,16 @@ def fmu(subject: Subject, locomotive: cl.Model, tmp_path_factory: pytest.TempPat
     return cl.export_fmu(fitting(locomotive, subject.name), path, **subject.arguments)
 
 
-def slip_away(fmu: Path, model: cl.Model, interface: str, tolerance: float) -> Any:
-    """The run under the torque above."""
+def slip_away(fmu: Path, model: cl.Model, interface: str, tolerance: float, **given: float) -> Any:
+    """The run under the torque above, or under other inputs."""
     inputs = Description(model, "wheelset").of_role("input")
     names = ["time", *(v.name for v in inputs)]
     signals = np.empty(len(TORQUE), [(name, np.float64) for name in names])
     for variable in inputs:
-        signals[variable.name] = variable.start
-    signals["time"], signals["drive_torque"] = TORQUE_TIME, TORQUE
+        signals[variable.name] = given.get(variable.name, variable.start)
+    signals["time"] = TORQUE_TIME
+    if not given:
+        signals["drive_torque"] = TORQUE
     return fmpy.simulate_fmu(
         str(fmu),
         fmi_type=interface,
@@ -106,6 +108,16 @@ def test_solver_and_steps_of_the_fmu_give_one_trajectory(exchanged: Any, stepped
     for name in ("omega", "speed"):
         solved = on_grid(exchanged["time"], exchanged[name])
         assert difference(solved, stepped[name]) < 100.0 * TOLERANCE
+
+
+def test_braked_wheel_locks_and_stays_locked(fmu: Path, locomotive: cl.Model) -> None:
+    brake = {"brake_torque": 2e4, "friction_scale": 0.3}
+    interfaces = ("CoSimulation", "ModelExchange")
+    runs = [slip_away(fmu, locomotive, name, 1e-6, **brake) for name in interfaces]
+    for run in runs:
+        assert run["speed"][-1] > 5.0
+        assert np.abs(run["omega"][run["time"] > 2.0]).max() < 1e-4
+    assert runs[0]["speed"][-1] == pytest.approx(runs[1]["speed"][-1], rel=1e-5)
 
 
 @PLAIN

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from brake_pads import GIVE, held_by
 from exported_fmu import exported, fitting
 from falling_friction import falling
 from fmu_instance import EXPORTS, Instance, Wheels
@@ -364,9 +365,17 @@ CONTACT: dict[str, Relation] = {
 BODY: dict[str, Relation] = {
     "omega": moves("omega"),
     "speed": moves("speed"),
+    "pads": moves("pads"),
     "der(omega)": lambda p: (
-        (p.drive_torque - p.radius * p.creep_force - p.damping * p.omega) / p.inertia
+        (
+            p.drive_torque
+            - p.brake_torque * held_by(p.pads, p.radius * p.omega)[0]
+            - p.radius * p.creep_force
+            - p.damping * p.omega
+        )
+        / p.inertia
     ),
+    "der(pads)": lambda p: (held_by(p.pads, p.radius * p.omega)[1], 1e-9, abs(p.omega) / GIVE),
     "der(speed)": lambda p: (p.creep_force - p.resistance) * p.inverse_mass - p.grade_acceleration,
 }
 
@@ -454,7 +463,13 @@ MODES: dict[str, dict[str, Any]] = {
     "force_element-implicit parallel": {"parallel_exchange": True},
     "force_element-memory implicit": {"implicit": True},
 }
-BODY_VALUES = {"drive_torque": 2e4, "resistance_force": 1e3, "creep_force": 4e4}
+BODY_VALUES = {
+    "drive_torque": 2e4,
+    "brake_torque": 3e3,
+    "pads": 0.5,
+    "resistance_force": 1e3,
+    "creep_force": 4e4,
+}
 
 
 def start(wheels: Wheels, description: Description, places: list[dict[str, float]]) -> None:

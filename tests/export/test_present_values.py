@@ -154,6 +154,7 @@ def variants(model: cl.Model, kind: str, seed: int) -> Iterator[Variant]:
     speed = 10.0 * rng.uniform(0.5, 1.5)
     starts = {"speed": speed, "omega": 1.01 * speed / element.radius, "friction_scale": 0.8}
     starts |= {"drive_torque": 2e3, "resistance_force": 500.0, "creep_force": 9e3}
+    starts |= {"brake_torque": 1e3, "pads": 0.9}
     starts |= {"lateral_velocity": 0.02, "creepage_x": -0.002, "creepage_y": 1e-3}
     starts |= {name: 1e4 * value for name, value in STATES.items()} | {"unslipped": 0.7}
     starts |= {"spin": 0.2, "spin_velocity": 0.3 if Description(model, kind).spins else 0.0}
@@ -227,6 +228,8 @@ def run(
             "lateral_velocity": 0.003 * speed * rng.uniform(-1.0, 1.0) * (k % 2),
             "spin_velocity": 0.1 * speed * rng.uniform(-1.0, 1.0) * (k % 2),
             "drive_torque": 1e4 * rng.uniform(-1.0, 1.0),
+            "brake_torque": 4e3 * rng.uniform(0.0, 1.0) * (k % 2),
+            "pads": rng.uniform(-1.0, 1.0),
             "resistance_force": 1e4 * rng.uniform(-1.0, 1.0),
             "creep_force": load * rng.uniform(-0.2, 0.2),
             "creepage_x": rng.uniform(-0.01, 0.01),

@@ -22,6 +22,7 @@ INPUTS: dict[str, Any] = {
     "omega": lambda i, k: (1.0 + 0.002 * i * np.sin(0.3 * k)) * 20.0,
     "speed": lambda i, k: 10.0 - 0.01 * k,
     "drive_torque": lambda i, k: 2e4 + 2e3 * i,
+    "brake_torque": lambda i, k: 1e5 if i % 3 == 2 else 0.0,  # locks
     "normal_load": lambda i, k: 0.0 if i == 3 else 1e5 - 2e3 * i + 50.0 * k,
     "friction_scale": lambda i, k: 0.3 if i == 4 else 1.0 - 0.02 * i,
     "semi_axis_x": lambda i, k: 0.0 if i == 3 else 6e-3 + 1e-4 * i,  # by Hertz, wheel 4 in the air

@@ -109,6 +109,8 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
             "held_force": 0.4 * load * sign() * 10 ** rng.uniform(-1.5, 0.1),
             "outer_force": 0.07 * load * sign(),
             "drive_torque": rng.uniform(-3e4, 3e4),
+            "brake_torque": (i % 3) * 5e3,
+            "pads": (-0.8, 0.3, 0.9, -0.2)[i % 4],
             "resistance_force": rng.uniform(-1e3, 1e3),
             "weakening_length": element.friction.weakening_length * rng.uniform(0.5, 1.5),
             "creep_force": rng.uniform(-4e4, 4e4),
@@ -145,7 +147,8 @@ BY_HAND = {
         "spin_velocity",
         "friction_scale",
     ),
-    *("normal_load", "drive_torque", "resistance_force", "creepage_x", "creepage_y", "spin"),
+    *("normal_load", "drive_torque", "brake_torque", "pads", "resistance_force"),
+    *("creepage_x", "creepage_y", "spin"),
     *("creep_force", "wheel_torque", "lateral_force", "spin_moment", "traction_coefficient"),
     *("creepage", "force_x", "force_y", "utilisation"),
 }
@@ -222,7 +225,7 @@ def test_outputs_depend_on_no_input_but_those_declared(
                     dependencies[name].add(known)
     held = {"creep_force"} if memory else set()  # without friction it is zero at once
     # A controller may make the torque from any of them, without an algebraic loop.
-    loops = {"drive_torque", "resistance_force"} & set(knowns)
+    loops = {"drive_torque", "brake_torque", "resistance_force"} & set(knowns)
     for output in outputs:
         declared = set(output.dependencies)
         assert not loops & declared, output.variable.name

@@ -223,6 +223,8 @@ static void test_steps(const creep_table *table, const force_element_parameters 
             .contact = parameters,
             .body = &body,
             .drive_torque = (random_unit() - 0.5) * random_exponent(0.0, 7.0),
+            .brake_torque = i % 3 == 0 ? 0.0 : random_exponent(0.0, 7.0),
+            .pads = cos((double)i),
             .input = {.omega = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
                       .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
                       .normal_load = i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0),
@@ -236,7 +238,7 @@ static void test_steps(const creep_table *table, const force_element_parameters 
         const force_element_input before = task.input, *after = &task.input;
         const char *error = wheelset_advance(table, &task, random_exponent(-6.0, -1.0));
         CHECK(task.tolerance >= 1e-3);
-        CHECK(isfinite(after->omega) && isfinite(after->speed));
+        CHECK(isfinite(after->omega) && isfinite(after->speed) && fabs(task.pads) <= 1.0);
         CHECK(isfinite(after->held_force) && isfinite(after->unslipped));
         CHECK(isfinite(after->outer_force));
         CHECK(error == NULL || memcmp(after, &before, sizeof before) == 0);
@@ -260,6 +262,8 @@ static void test_together(const creep_table *table, const force_element_paramete
             .contact = &contact[i],
             .body = &body,
             .drive_torque = 1e3 * i,
+            .brake_torque = i % 3 == 1 ? 2e3 * i : 0.0,
+            .pads = 0.5,
             .input = {.omega = 20.0 + 0.01 * i,
                       .speed = 10.0,
                       .normal_load = i == 3 ? 0.0 : 1e5 - 1e3 * i,
@@ -282,7 +286,7 @@ static void test_together(const creep_table *table, const force_element_paramete
             CHECK(memcmp(&alone, &out[i], sizeof alone) == 0);
             CHECK(wheelset_advance(table, &one, 0.01) == NULL);
             CHECK(memcmp(&one.input, &together[i].input, sizeof one.input) == 0);
-            CHECK(one.substep == together[i].substep);
+            CHECK(one.substep == together[i].substep && one.pads == together[i].pads);
         }
     }
     if (!failing) return;

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from brake_pads import GIVE
 
 import contactlib as cl
 from contactlib.traction import OpenLoop, Sensors, total_delay
 from contactlib.vehicle import Axle, Brake, Motor, Resistance
 
 BRAKE = Brake(fill_time=0.3, vent_time=0.12, delay=0.04)
-GIVE = 1e-4  # way of the rim by which pads give [m]
 STEP = cl.Profile((1.0, 1.0, 3.0, 3.0), (0.0, -9e3, -9e3, 0.0))
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from brake_pads import held_by
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 import contactlib as cl
@@ -76,13 +77,6 @@ def drive(
         gone,
         train.native.evaluate(np.concatenate(inputs), gone),
     )
-
-
-def held_by(pads: float, rim: float) -> tuple[float, float]:
-    """Part of the brake's torque that pads in a place give, and their rate; by the rim's speed."""
-    u = rim / 5e-3  # the pads' holders damp
-    along = np.sign(u) if abs(u) >= 1.0 else 8.0 * u / (3.0 + 6.0 * u**2 - u**4)
-    return float(pads + 0.5 * (1.0 - pads**2) * along), (rim - abs(rim) * pads) / 1e-4
 
 
 def written_again(
