@@ -71,6 +71,7 @@ def index_page(description: Description) -> bytes:
             carriers=description.carriers,
             mode="with memory" if memory else "implicit" if implicit else "with a held force",
             step_table=_step_table(description) if kind in COUPLED else "",
+            exchange=asset("memory_in_exchange.html") if memory else "",
         ),
         signs=asset("signs_creep_forces.html")
         if pair

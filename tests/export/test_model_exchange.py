@@ -12,7 +12,8 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from exported_fmu import fitting
+from exported_fmu import exported, fitting
+from fmpy.sundials import CVodeSolver
 from fmu_instance import Subject
 
 import contactlib as cl
@@ -161,3 +162,44 @@ def test_first_event_is_when_python_passes_the_peak(exchanged: Any, in_python: c
     assert peak is not None
     falling = exchanged["time"][exchanged["falling_branch"].astype(bool)]
     assert falling[0] == pytest.approx(peak.time, abs=1e-6)
+
+
+WAVE = 0.4 * np.sin(4.0 * np.pi * np.linspace(0.0, 0.2, 1001))
+MOVING = {
+    "force_element-memory": {"omega": 20.5 + WAVE},
+    "wheelset-memory": {"drive_torque": 32e3 + 0.0 * WAVE, "normal_load": 2e5 * (1.0 + WAVE)},
+}
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", MOVING)
+def test_inputs_that_move_with_memory(
+    locomotive: cl.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, version: int
+) -> None:
+    """FMPy holds them between the steps of its solver: docs/reference/tools.md says what to do."""
+    folder, given = exported(locomotive, tmp_path, name, version), MOVING[name]
+    names, columns = ("time", *given), [np.linspace(0.0, 0.2, WAVE.size), *given.values()]
+    signals = np.array(list(zip(*columns, strict=True)), [(key, np.float64) for key in names])
+
+    def run(interface: str, tolerance: float, interval: float = 1e-2) -> Any:
+        how: dict[str, Any] = {
+            "relative_tolerance": tolerance,
+            "output_interval": interval,
+            "stop_time": 0.2,
+        }
+        how |= {"input": signals, "output": ["creep_force"]}
+        rows = fmpy.simulate_fmu(str(folder), fmi_type=interface, **how)
+        return np.interp(np.linspace(0.0, 0.2, 21), rows["time"], rows["creep_force"])
+
+    steps = run("CoSimulation", 1e-6, 1e-4)
+    assert difference(run("ModelExchange", 1e-5, 1e-3), steps) < 1e-3
+    with pytest.raises(RuntimeError, match="mxstep steps taken"):
+        run("ModelExchange", 1e-6)
+    held = CVodeSolver.f
+
+    def prompt(self: Any, t: float, *given: Any) -> int:
+        self.input.apply(t)
+        return int(held(self, t, *given))
+
+    monkeypatch.setattr(CVodeSolver, "f", prompt)
+    assert difference(run("ModelExchange", 1e-6), steps) < 5e-4
