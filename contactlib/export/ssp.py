@@ -41,7 +41,7 @@ CONTACT, BODY = "contact", "body"
 EXCHANGE = ((BODY, "omega", CONTACT), (BODY, "speed", CONTACT), (CONTACT, "creep_force", BODY))
 # Connectors of the variant to a larger system.
 INPUTS: Names = {
-    BODY: ("drive_torque", "resistance_force"),
+    BODY: ("drive_torque", "brake_torque", "resistance_force"),
     CONTACT: ("normal_load", "friction_scale"),
 }
 OUTPUTS: Names = {BODY: ("omega", "speed"), CONTACT: ("creep_force", "creepage")}

@@ -166,7 +166,8 @@ def test_every_input_comes_from_one_place(package: Path, structure: str) -> None
 def test_subsystem_has_the_connectors_of_a_wheelset(package: Path) -> None:
     kinds = connector_kinds(root_of(package / "Subsystem.ssd"))
     outer = {name: kind for (element, name), (kind, _) in kinds.items() if element is None}
-    inputs = ("drive_torque", "resistance_force", "normal_load", "friction_scale")
+    torques = ("drive_torque", "brake_torque")
+    inputs = (*torques, "resistance_force", "normal_load", "friction_scale")
     outputs = ("omega", "speed", "creep_force", "creepage")
     assert outer == {**dict.fromkeys(inputs, "input"), **dict.fromkeys(outputs, "output")}
     closed = connector_kinds(root_of(package / "SystemStructure.ssd"))
