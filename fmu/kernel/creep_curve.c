@@ -7,8 +7,9 @@
 #include "wheelset_law.h"
 
 enum { INTERVALS = 24, HALVINGS = 5, ITERATIONS = 200 }; /* intervals of a decade, at first */
-static const double ROUNDING = 1e-9; /* of the torque, by which a turn stands out: below the table's */
-static const double FASTEST = 1e3;                       /* of balanced speeds [m/s] */
+static const double ROUNDING =
+    1e-9; /* of the torque, by which a turn stands out: below the table's */
+static const double FASTEST = 1e3;  /* of balanced speeds [m/s] */
 static const double FARTHEST = 1e8; /* last creepage over the saturation creepage [1] */
 
 typedef struct {
@@ -429,7 +430,8 @@ size_t creep_curve_steady(const creep_table *table, const force_element_paramete
     return steady_of(&c, torque, side, room, points);
 }
 
-/* Keep the first turn, the one before the present one, and that, up to the first above the first. */
+/* Keep the first turn, the one before the present one, and that, up to the first above the first.
+ */
 static void keep_landing(search *s, creep_point p) {
     if (s->full) return;
     if (s->count++ == 0) s->points[0] = p;
@@ -478,7 +480,8 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 
 /* ---- Branches ---- */
 
-/* Of so many neighbouring curves one is searched from end to end, and so many turns are followed. */
+/* Of so many neighbouring curves one is searched from end to end, and so many turns are followed.
+ */
 enum { SEARCHED = 64, MAX_TURNS = 64 };
 
 static void keep_first(search *s, creep_point p) {
