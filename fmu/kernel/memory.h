@@ -245,7 +245,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     double per_g = 1.0 / g, outer = c * per_g * (1.0 / OUTER_STRENGTH);
     double core = (q - c) * per_g * (1.0 / (1.0 - OUTER_STRENGTH));
     zone_stiffness towards = stiffness_of_zones(1.0, outer, core, per_g);
-    zone_stiffness taken = stiffness_of_zones(q <= strength ? 1.0 : -1.0, outer, core, per_g);
+    int onward = q <= strength;
+    zone_stiffness taken = onward ? towards : stiffness_of_zones(-1.0, outer, core, per_g);
     double stiffness = kappa * towards.left, soft_zones = 1.0 / stiffness;
 
     /* Length of the lag, and its derivatives by m', s, r and b. */
@@ -324,11 +325,16 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_RATIO] -= bend * secant * (moved - 1.0) * m_ratio;
     by[BY_PACE] = per_across;
 
-    flow.share = taken.share;
+    /* Near G, where all zones slide, they share a change as they share the strength. */
+    double apart_of = fabs(strength - q) * (1.0 / YIELDING) / strength, far = smaller(apart_of, 1.0);
+    double other = taken.share - OUTER_STRENGTH, near = far < 1.0 ? other : 0.0;
+    double turned = (onward ? near : -near) * (1.0 / YIELDING) / strength;
+    flow.share = OUTER_STRENGTH + far * other;
     by = flow.share_by;
-    for (int i = 0; i < MEMORY_ARGUMENTS; i++) by[i] = taken.share_by[2] * g_by[i];
-    by[BY_FORCE] += taken.share_by[0];
-    by[BY_OUTER] += taken.share_by[1];
+    for (int i = 0; i < MEMORY_ARGUMENTS; i++)
+        by[i] = far * taken.share_by[2] * g_by[i] + turned * q / strength * flow.strength_by[i];
+    by[BY_FORCE] += far * taken.share_by[0] - turned;
+    by[BY_OUTER] += far * taken.share_by[1];
 
     int slipping = OUTER_STIFFNESS * size > OUTER_STRENGTH * g;
     double per_size = slipping ? 1.0 / size : 0.0;
