@@ -48,7 +48,8 @@
  *    of a contact that was loaded once:
  *        dq/dt = V/(sigma a) (G - q)/L
  *        dh/dt = V/(sigma a) ((5/2) (sigma x/D') r^8 + 9/4) (h' - h)
- *        dc/dt = (w1 p1/b) dq/dt + (9/4) V/(sigma a) (c' - c),   c' = q min(w1, s1 g/|q|)
+ *        dc/dt = w dq/dt + (9/4) V/(sigma a) (c' - c),   c' = q min(w1, s1 g/|q|)
+ *        w = s1 + min(|G - q|/(G/100), 1) (w1 p1/b - s1): as they share their strength near G
  * 9. No zone acts with more than f_s allows: c up to s1 (1 + R), q - c up to s2 (1 + R). What is
  *    more than 5 % above, as the load falls, is lost at the rate of 10^4 1/s, and all without load.
  *
@@ -69,7 +70,7 @@
  *
  *     dq/dt = V/(sigma a) [(G - q.e) e/L - (q - (q.e) e)/L'],   L' = s (m + (3/2) (1 - m)/kappa)
  *
- * with the sigma of each component before the bracket; c takes w1 p1/b of the first part and c'/q
+ * with the sigma of each component before the bracket; c takes w of the first part and c'/q
  * of the second. Across the force nothing slips faster when more slips, so the compliance of the
  * whole contact turns it: that of Mindlin's contact, 1/kappa, times 3/2, by which the traction of
  * a contact that slides, a semi-ellipsoid, displaces the centre further than Mindlin's of the same
@@ -144,7 +145,7 @@ typedef struct {
     double fast;              /* V/(sigma a L) [1/s] */
     double turn;              /* the same across the steady force [1/s] */
     double rate;              /* dh/dt [1/s] */
-    double share;             /* w1 p1/b */
+    double share;             /* w */
     double carried;           /* c'/q */
     double pull_by_unslipped; /* of dh/dt by h at a constant pace [1/s] */
     memory_gradient strength_by, fast_by, turn_by, rate_by, share_by, carried_by;
@@ -325,7 +326,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_RATIO] -= bend * secant * (moved - 1.0) * m_ratio;
     by[BY_PACE] = per_across;
 
-    /* Near G, where all zones slide, they share a change as they share the strength. */
+    /* On the corner itself w1 p1/b would jump with the sign of G - q. */
     double apart_of = fabs(strength - q) * (1.0 / YIELDING) / strength, far = smaller(apart_of, 1.0);
     double other = taken.share - OUTER_STRENGTH, near = far < 1.0 ? other : 0.0;
     double turned = (onward ? near : -near) * (1.0 / YIELDING) / strength;
