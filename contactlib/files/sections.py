@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from contactlib.base.quantities import Parameter, Parameters, declared
 from contactlib.element.force_element import ForceElement
 from contactlib.files.reading import doubt, file_beside, in_file
+from contactlib.laws.formula import formula_laws
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Material
 from contactlib.laws.measured import MeasuredCurve
-from contactlib.laws.polach import Polach
 from contactlib.laws.scales import friction_with_k_hat, k_hat, slope_reduction_of
 from contactlib.laws.traction_data import LARGEST, TractionData
 from contactlib.table.building import largest_k_hat
@@ -28,16 +28,30 @@ from contactlib.vehicle.wheelset import Resistance, Wheelset, geared_inertia
 Keys = Mapping[str, Parameter]
 Given = Mapping[str, Any]  # values of a section's keys, in SI units
 OF_CURVE = tuple(declared(TractionData.from_csv))
+LINE = "semi_width and radius"
 ELLIPSE = "radius_x and radius_y, or semi_axis_x and semi_axis_y"
 
 
 class LawKind(NamedTuple):
-    """Kind of law: meaning, keys that it needs, keys that change its table, and optional keys."""
+    """A kind of law.
+
+    Attributes
+    ----------
+    meaning : str
+        Sentences for the guide.
+    keys, optional_keys : tuple of str
+        Keys of ``[law]`` that it needs, and others that it accepts.
+    table_keys : tuple of str
+        Keys of the file that change its table.
+    without_layer : str
+        What replaces a layer in a law that has none.
+    """
 
     meaning: str
     keys: tuple[str, ...] = ()
     table_keys: tuple[str, ...] = ()
     optional_keys: tuple[str, ...] = ()
+    without_layer: str = ""
 
 
 LAWS = {
@@ -47,26 +61,26 @@ LAWS = {
         "and half a minute with a layer.",
         table_keys=("friction.static", "friction.kinetic"),
     ),
-    "polach": LawKind(
-        "Polach's law of 2005, in longitudinal creepage; for an elliptic contact, which gives "
-        "Kalker's coefficient.",
-        keys=tuple(declared(Polach)),
-        table_keys=tuple(f"law.{key}" for key in declared(Polach)),
-    ),
+    **{
+        kind: LawKind(
+            law.meaning,
+            keys=tuple(declared(law)),
+            table_keys=tuple(f"law.{key}" for key in declared(law)),
+            without_layer=law.without_layer,
+        )
+        for kind, law in formula_laws().items()
+    },
     "measured": LawKind(
         "A curve through measured points, as it was measured at the contact's nominal load. It "
         "replaces `[friction]`, and `saturation_creepage` and `slope_reduction` in `[wheelset]`. "
         "It is one for all speeds: a column of speeds only serves to doubt points of several.",
         keys=("file",),
         optional_keys=("load_exponent", *OF_CURVE),
+        without_layer="the curve contains the layer of the rail on which it was measured; leave "
+        "the layer out",
     ),
 }
-
-WITHOUT_LAYER = {  # laws, and what replaces a layer
-    "polach": "the law has no layer; set slope_reduction in its place",
-    "measured": "the curve contains the layer of the rail on which it was measured; leave the "
-    "layer out",
-}
+FORMULA_KEYS = {key: p for law in formula_laws().values() for key, p in declared(law).items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +96,7 @@ class Law(Parameters):
         shipped one.
     """
 
-    kind: Literal["carter_griffith", "cohesive", "polach", "measured"] = "carter_griffith"
+    kind: str = "carter_griffith"
     file: str | None = None
 
 
@@ -135,11 +149,12 @@ VEHICLE_SECTIONS: Mapping[str, Keys] = {
     "law": optional(
         {
             **declared(Law),
-            **declared(Polach),
+            "kind": replace(declared(Law)["kind"], choices=tuple(LAWS)),
+            **FORMULA_KEYS,
             **{key: declared(TractionData.from_csv)[key] for key in OF_CURVE},
             "load_exponent": ELEMENT["load_exponent"],
         },
-        *declared(Polach),
+        *FORMULA_KEYS,
     ),
     "wheelset": optional(
         {
@@ -232,10 +247,10 @@ def measured_table(given: Given, folder: Path) -> CreepForceTable:
 def check_layer_of(law: Given, body: Given) -> None:
     """Refuse a layer with a law that has none, before its table is built."""
     kind, compliance = law.get("kind", Law.kind), body.get("layer_compliance", 0.0)
-    if kind in WITHOUT_LAYER and compliance > 0.0:
+    if LAWS[kind].without_layer and compliance > 0.0:
         raise ValueError(
             f"wheelset.layer_compliance = {compliance!r} must be 0 with law.kind = {kind!r}: "
-            f"{WITHOUT_LAYER[kind]}, or law.kind = 'carter_griffith' or 'cohesive'"
+            f"{LAWS[kind].without_layer}, or law.kind = 'carter_griffith' or 'cohesive'"
         )
 
 
@@ -260,6 +275,8 @@ def law_table(
         return cohesive_table(shape, friction.ratio, friction.weakening, progress, layers=layers)
     if kind == "carter_griffith":
         return carter_griffith_table(shape)
-    if shape == "line":
-        raise ValueError(f"kind = 'polach' is the law of an ellipse: [contact] needs {ELLIPSE}")
-    return CreepForceTable.from_law(Polach(**arguments(Polach, given)))
+    law = formula_laws()[kind]
+    if shape not in law.contacts:
+        of, needs = ("an ellipse", ELLIPSE) if shape == "line" else ("a line contact", LINE)
+        raise ValueError(f"kind = {kind!r} is the law of {of}: [contact] needs {needs}")
+    return CreepForceTable.from_law(law(**arguments(law, given)))

@@ -14,20 +14,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contactlib.base.quantities import FINITE, FloatArray, Parameters, Quantity, checked
+from contactlib.base.quantities import FINITE, FloatArray, Quantity, checked
 from contactlib.laws.contact_law import Peak
+from contactlib.laws.formula import FormulaLaw
 
 GRADIENT = 3.0 / 16.0 * math.pi**2  # eps/x
 FAR = 1e150  # kA eps beyond which the area of adhesion has no effect in double precision
 
 
 @dataclass(frozen=True, kw_only=True)
-class Polach(Parameters):
+class Polach(FormulaLaw):
     """Polach's traction ratio q = Q/(mu P) against normalized creepage x = zeta/zeta0.
 
     Friction that falls with slip speed, mu = mu0 ((1 - A) exp(-B w) + A), belongs to the friction
@@ -59,6 +60,14 @@ class Polach(Parameters):
     >>> law.peak
     Peak(normalized_creepage=inf, traction_ratio=1.0)
     """
+
+    kind = "polach"
+    meaning = (
+        "Polach's law of 2005, in longitudinal creepage; for an elliptic contact, which gives "
+        "Kalker's coefficient."
+    )
+    contacts = ("elliptic",)
+    example: ClassVar = {"adhesion_reduction": 0.3, "slip_reduction": 0.1}  # his wet rail
 
     adhesion_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]
     slip_reduction: Annotated[float, Quantity("1", above=0.0, at_most=1.0)]

@@ -34,6 +34,7 @@ from contactlib import figures, kernel, stability
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.base.writing import package_folder
 from contactlib.element.force_element import RangeWarning
+from contactlib.laws.formula import formula_laws
 
 Changes = Mapping[str, Mapping[str, Any]]
 
@@ -65,6 +66,10 @@ OF_VEHICLE: dict[str, Feature] = {
     "slip-rate fall": Feature({"friction": {"slip_rate_residual": 0.857, "slip_rate_decay": 0.6}}),
     "measured curve": Feature({"law": {"kind": "measured", "file": "curve.csv"}}),
     "cohesive law": Feature({"law": {"kind": "cohesive"}}, vehicle="roller_rig.toml"),
+    **{
+        f"{kind} law": Feature({"law": {"kind": kind, **law.example}})
+        for kind, law in formula_laws().items()
+    },
     "lateral slip and spin": Feature(lateral=True),
     "several wheels": Feature({"wheelset": {"wheels": 4}}),
 }
