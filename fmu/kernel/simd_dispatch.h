@@ -41,7 +41,6 @@
 
 WIDE_FUNCTIONS(portable)
 WIDE_FUNCTIONS(avx2)
-WIDE_FUNCTIONS(avx512)
 
 /* The versions for a few drivetrains. */
 void drivetrain_advance_many_in_turn(const drivetrain_member *members, size_t n, size_t axles,

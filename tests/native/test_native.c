@@ -583,13 +583,12 @@ typedef struct {
      force_element_forces##suffix}
 
 /* Those that this processor has; the first are those that it chooses for itself. */
-static size_t widths(many_functions found[4]) {
+static size_t widths(many_functions found[3]) {
     static const many_functions known[] = {MANY_FUNCTIONS(), MANY_FUNCTIONS(_portable),
-                                           MANY_FUNCTIONS(_avx2), MANY_FUNCTIONS(_avx512)};
+                                           MANY_FUNCTIONS(_avx2)};
     size_t n = 2;
 #ifdef __x86_64__
     if (__builtin_cpu_supports("avx2")) n = 3;
-    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) n = 4;
 #endif
     memcpy(found, known, n * sizeof *known);
     return n;
@@ -674,7 +673,7 @@ static void test_widths(const creep_table *table, const force_element_parameters
     drivetrain_output out[2][MANY];
     double tried[2][MANY];
     unsigned char failed[2][MANY];
-    many_functions known[4];
+    many_functions known[3];
     size_t count = widths(known);
     for (int i = 0; i < MANY; i++) {
         d[i] = random_drivetrain(i < OF_ONE_KIND ? 1 : i, parameters);
@@ -712,7 +711,7 @@ static void test_vehicles(const creep_table *table, const force_element_paramete
     some_drivetrain d[ALL];
     drivetrain_member members[ALL];
     drivetrain_state state[2][ALL];
-    many_functions known[4];
+    many_functions known[3];
     size_t count = widths(known);
     for (int i = 0; i < ALL; i++) {
         d[i] = random_drivetrain(39, parameters); /* whose wheels are alike */
