@@ -327,7 +327,8 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_PACE] = per_across;
 
     /* On the corner itself w1 p1/b would jump with the sign of G - q. */
-    double apart_of = fabs(strength - q) * (1.0 / YIELDING) / strength, far = smaller(apart_of, 1.0);
+    double apart_of = fabs(strength - q) * (1.0 / YIELDING) / strength,
+           far = smaller(apart_of, 1.0);
     double other = taken.share - OUTER_STRENGTH, near = far < 1.0 ? other : 0.0;
     double turned = (onward ? near : -near) * (1.0 / YIELDING) / strength;
     flow.share = OUTER_STRENGTH + far * other;
