@@ -8,6 +8,7 @@ from typing import Any
 from contactlib import kernel
 from contactlib.base.units import SPELLINGS, STANDARD_GRAVITY, UNITS
 from contactlib.files.model import RUN
+from contactlib.files.rail_conditions import REPLACED_BY, condition_names, load_condition
 from contactlib.files.sections import CONTACTS, VEHICLE_SECTIONS, Keys
 from contactlib.laws.hertz import ROLLING
 from contactlib.laws.relaxation import LINE
@@ -32,12 +33,20 @@ def _keys(section: Keys) -> dict[str, dict[str, Any]]:
     return keys
 
 
+def _conditions() -> dict[str, dict[str, dict[str, float]]]:
+    """Keys that the names of rails fill, by name and section."""
+    known = map(load_condition, condition_names())
+    return {of.key: {"friction": {**of.friction}, "wheelset": {**of.wheelset}} for of in known}
+
+
 def declarations() -> dict[str, Any]:
-    """Values of the units, keys of the sections of a model file, and limits of contact and law."""
+    """Keys of a model file and what fills them, values of the units, limits of contact and law."""
     return {
         "units": UNITS,
         "spellings": SPELLINGS,
         "sections": {name: _keys(section) for name, section in SECTIONS.items()},
+        "conditions": _conditions(),
+        "replaced_by": REPLACED_BY,
         "contacts": list(CONTACTS),
         "theories": VEHICLE_SECTIONS["contact"]["theory"].choices,
         "longest_ellipse": ROLLING.at_most,

@@ -121,12 +121,7 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
     file = model_path(model)
     with in_file(model):
         data = parse(file)
-        friction, law = data.get("friction", {}), data.get("law", {})
-        if isinstance(friction, dict) and "condition" in friction:
-            raise ValueError(
-                f"friction.condition = {friction['condition']!r}: the page has no names of rails; "
-                "write out the keys that 'contactlib conditions' lists"
-            )
+        law = data.get("law", {})
         kind = law.get("kind", "carter_griffith") if isinstance(law, dict) else None
         if isinstance(kind, str) and kind != "carter_griffith":
             raise ValueError(f"law.kind = {kind!r}: the page shows 'carter_griffith' only")

@@ -18,7 +18,8 @@ export interface Key extends Limit {
 type ByName<Value> = Readonly<Record<string, Value>>;
 
 export const {
-  units: UNITS, spellings: SPELLINGS, sections: SECTIONS, contacts: CONTACTS, theories: THEORIES,
+  units: UNITS, spellings: SPELLINGS, sections: SECTIONS, conditions: CONDITIONS,
+  replaced_by: REPLACED_BY, contacts: CONTACTS, theories: THEORIES,
   longest_ellipse: LONGEST_ELLIPSE, process_zone_limit: PROCESS_ZONE_LIMIT,
 } = embeddedData("declarations") as {
   /** Values of units in SI units, by the SI unit. */
@@ -27,6 +28,10 @@ export const {
   spellings: readonly (readonly [string, string])[];
   /** Keys of a model file by their section. */
   sections: ByName<ByName<Key>>;
+  /** Keys that a condition of the rail fills, by its name and their section. */
+  conditions: ByName<ByName<ByName<number>>>;
+  /** Keys of a file that replace one of a condition. */
+  replaced_by: ByName<readonly string[]>;
   /** Pairs of keys; a contact gives one of them. */
   contacts: readonly (readonly [string, string])[];
   theories: readonly string[];
@@ -88,7 +93,7 @@ const SETTING_LIMITS: ByName<Limit> = {
     [key, { unit, at_least, at_most }])),
   proportional_gain: { unit: "N.m", above: 0 },
   integral_gain: { unit: "N.m/s", at_least: 0 },
-  speed: { unit: "m/s", above: 0, at_most: 100 },
+  speed: { unit: "m/s", at_least: 0, at_most: 100 },
   playback: { unit: "1", above: 0, at_most: 10 },
 };
 
@@ -100,7 +105,7 @@ export function settingLimit(key: string): Limit {
 }
 
 /** Conditions on several numbers: their keys, what must hold, and whether it does. */
-const TOGETHER: [keys: string[], must: string, holds: (...values: number[]) => boolean][] = [
+const TOGETHER: [keys: string[], must: string, holds: (...values: any[]) => boolean][] = [
   [["static_friction", "kinetic_friction"], "static_friction >= kinetic_friction",
     (held: number, sliding: number) => held >= sliding],
   [["k_hat", "static_friction", "kinetic_friction"], "static_friction > kinetic_friction, or k_hat = 0",
@@ -109,8 +114,8 @@ const TOGETHER: [keys: string[], must: string, holds: (...values: number[]) => b
     (melting: number) => melting === 0 || melting >= 1],
   [["softening_temperature", "slip_rate_decay"], "softening_temperature = 0 or slip_rate_decay = 0",
     (melting: number, decay: number) => melting === 0 || decay === 0],
-  [["speed", "minimum_speed"], "speed >= minimum_speed",
-    (speed: number, lowest: number) => speed >= lowest],
+  [["speed", "minimum_speed", "memory"], "speed >= minimum_speed, or memory = true",
+    (speed: number, lowest: number, memory: unknown) => speed >= lowest || memory === true],
 ];
 
 /** The conditions that some values break, one after another: their keys, and a line for each. */

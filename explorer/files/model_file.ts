@@ -8,7 +8,8 @@ import {
   weakenedOver,
 } from "../physics/vehicle";
 import {
-  brokenTogether, CONTACTS, LONGEST_ELLIPSE, OF_VEHICLE, SECTIONS, THEORIES, vehicleField,
+  brokenTogether, CONDITIONS, CONTACTS, LONGEST_ELLIPSE, OF_VEHICLE, REPLACED_BY, SECTIONS, THEORIES,
+  vehicleField,
 } from "./declared";
 import { kernel } from "../kernel/kernel";
 import {
@@ -17,15 +18,15 @@ import {
 
 const NEEDED = ["contact", "friction", "wheelset"];
 const LAW = "carter_griffith"; // the law whose tables the page has
-const SHOWN = "this page shows models";
 // Keys that a vehicle does not have, which other keys express.
 const ALTERNATIVES = ["weakening_length", "saturation_creepage", "rotor_inertia", "gear_ratio"];
 
 /** Read a model file. Throws a ModelError of one line that names key, value and limit. */
 export function readModel(text: string): Vehicle {
-  const { data, theory, memory } = numbersOnly(parseToml(text));
-  refuseOthers(data);
-  checkLaw(data);
+  const file = parseToml(text);
+  refuseOthers(file);
+  checkLaw(file);
+  const { data, theory, memory } = numbersOnly(withCondition(file));
   checkKeys("", data, ["name", "source", "law", ...Object.keys(SECTIONS)], NEEDED);
   const sections = OF_VEHICLE.map((name) => readSection(name, data));
   const [friction, wheelset] = sections as [Numbers, Numbers];
@@ -68,6 +69,24 @@ export function readModel(text: string): Vehicle {
   return vehicle;
 }
 
+/** A file's contents, with the keys of the condition that its friction names; keys of the file win. */
+function withCondition(data: Table): Table {
+  if (data["friction"] === undefined) return data;
+  const { condition, ...friction } = tableOf("friction", data["friction"]);
+  if (condition === undefined) return data;
+  const name = textOf("friction.condition", condition, Object.keys(CONDITIONS));
+  const filled = (section: string, given: Table): Table => ({
+    ...Object.fromEntries(Object.entries(CONDITIONS[name]![section]!).filter(([key]) =>
+      !REPLACED_BY[key]?.some((other) => Object.hasOwn(given, other)))),
+    ...given,
+  });
+  return {
+    ...data, friction: filled("friction", friction),
+    ...(data["wheelset"] !== undefined &&
+      { wheelset: filled("wheelset", tableOf("wheelset", data["wheelset"])) }),
+  };
+}
+
 /** A file's contents, and what is no number in [contact], taken out of it. */
 function numbersOnly(data: Table): { data: Table; theory: string | undefined; memory: boolean } {
   if (data["contact"] === undefined) return { data, theory: undefined, memory: false };
@@ -79,12 +98,13 @@ function numbersOnly(data: Table): { data: Table; theory: string | undefined; me
 
 function refuseOthers(data: Table): void {
   const { vehicle } = data, axles = typeof vehicle === "object" ? vehicle as Table : {};
-  const [is, command] = Object.hasOwn(data, "axes") ? ["a sweep", "sweep"]
+  const [is, command, model] = Object.hasOwn(data, "axes") ? ["a sweep", "sweep", "a wheelset"]
     : Object.hasOwn(axles, "wheelset")
-    ? [`a scenario of axles with ${shown(axles["wheelset"])}`, "simulate"]
-    : Object.hasOwn(data, "vehicle") ? [`a scenario of the vehicle ${shown(vehicle)}`, "simulate"] : [];
+    ? ["a scenario of a whole vehicle", "simulate", shown(axles["wheelset"])]
+    : Object.hasOwn(data, "vehicle") ? ["a scenario", "simulate", shown(vehicle)] : [];
   if (is === undefined) return;
-  refuse(`this is ${is}, not a model: the command 'contactlib ${command}' runs it; ${SHOWN}`);
+  refuse(`the page shows one wheelset, and this is ${is}, which the command 'contactlib ${command}' ` +
+    `runs: open the model file of ${model}`);
 }
 
 function checkLaw(data: Table): void {

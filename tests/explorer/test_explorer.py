@@ -104,7 +104,7 @@ def test_no_screen_and_no_browser_are_no_error(
         assert str(path) in shown
 
 
-@pytest.mark.parametrize("model", ["locomotive.toml", "models/roller_rig.toml"])
+@pytest.mark.parametrize("model", ["locomotive.toml", "models/roller_rig.toml", "coach.toml"])
 def test_model_goes_into_the_page(tmp_path: Path, model: str) -> None:
     path = tmp_path / "page.html"
     explore(model, "--no-open", "-o", str(path))

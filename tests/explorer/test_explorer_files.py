@@ -20,6 +20,7 @@ from explorer_vehicle import vehicle_of
 import contactlib as cl
 from contactlib.base.writing import package_folder
 from contactlib.element.force_element import RangeWarning
+from contactlib.files.rail_conditions import SLOPE, condition_names, load_condition
 from contactlib.vehicle import CreepCurve
 
 pytestmark = pytest.mark.tools
@@ -141,6 +142,12 @@ ALTERNATIVES: list[dict[str, dict[str, Any]]] = [
     {"wheelset": {"saturation_creepage": None, "slope_reduction": 0.4, "mass": "12 t"}},
     {"resistance": {"constant": "1.8 kN", "grade": "-1 %"}, "run": {"initial_speed": "72 km/h"}},
     {"law": {"kind": "carter_griffith"}},
+    *(
+        {"friction": {"condition": name, "k_hat": None, **given}, "wheelset": dict.fromkeys(SLOPE)}
+        for name in condition_names()
+        for given in ({"static": None, "kinetic": None}, {}, {"softening_temperature": "900 K"})
+        if "static" not in given or "static" in load_condition(name).friction
+    ),
     {"contact": {"memory": True}},
     {"contact": {**ELLIPTIC[1], "semi_width": None, "radius": None, "memory": True}},
 ]
@@ -258,6 +265,8 @@ WRONG: dict[str, tuple[str, str]] = {
     "name": (toml({**RIG, "name": 5}), "name = 5"),
     "sections": ("[[contact]]\n" + MODELS["roller_rig"], ""),
     "two shapes": (toml(changed("contact.radius_x", None)), "radius_x and radius_y"),
+    "no name of rails": (toml(changed("friction.condition", "icy")), 'friction.condition = "icy"'),
+    "rails by number": (toml(changed("friction.condition", 5)), "friction.condition = 5"),
     "memory": (toml(changed("contact.memory", 1.0)), "contact.memory = 1 must be true or false"),
     "friction rises": (
         toml(changed("friction.static", 0.2)),
@@ -289,15 +298,28 @@ def test_other_mistakes_are_pythons(page: ExplorerPage, tmp_path: Path) -> None:
         assert isinstance(loaded(tmp_path / "model.toml", text), str), what
 
 
-def test_other_files_are_named(page: ExplorerPage) -> None:
-    models = package_folder("models")
-    names = ("dry_wet_dry", "coach_braking", "wet_patch_sweep")
-    texts = [(models / f"{name}.toml").read_text(encoding="utf-8") for name in names]
+def test_every_shipped_file_opens_or_names_what_to_open(page: ExplorerPage, tmp_path: Path) -> None:
+    files = sorted(package_folder("models").glob("*.toml"))
+    texts = [file.read_text(encoding="utf-8") for file in files]
     *lines, long = refusals(page, *texts, "#" * 1_000_001)
-    for line, command in zip(lines, ("simulate", "simulate", "sweep"), strict=True):
-        assert line is not None
-        assert f"'contactlib {command}'" in line
-    assert str(lines[1]).startswith('this is a scenario of axles with "coach.toml", not a model: ')
+    opened = [file.name for file, line in zip(files, lines, strict=True) if line is None]
+    assert opened == ["coach.toml", "locomotive.toml", "roller_rig.toml"]
+    for file, text, line in zip(files, texts, lines, strict=True):
+        given = tomllib.loads(text)
+        if line is None:
+            assert_same(call(page, "readModel", text), cl.load_model(file))
+            path = cl.export.write_explorer(tmp_path / "page.html", file)
+            with explorer_page(path=path) as other:
+                assert call(other, "givenModel") == text
+            continue
+        assert line.startswith("the page shows one wheelset, and this is ")
+        assert f"'contactlib {'sweep' if 'axes' in given else 'simulate'}'" in line
+        if "axes" not in given:
+            vehicle = given["vehicle"]
+            name = vehicle if isinstance(vehicle, str) else vehicle["wheelset"]
+            assert line.endswith(f'open the model file of "{name}"')
+        with pytest.raises(cl.ModelError, match=r"is a (scenario|sweep)"):
+            cl.export.write_explorer(tmp_path / "page.html", file)
     assert long == "the file has 1000001 characters: must be <= 1000000"
 
 
@@ -378,9 +400,10 @@ UNUSABLE = {
     "#vehicle=tram": ["vehicle", "tram", "roller_rig, locomotive"],
     "#k_hat=three": ["k_hat", "three", "not a number"],
     "#k_hat=": ["k_hat", "not a number"],
-    "#speed=1e999": ["speed", "Infinity", "> 0"],
+    "#speed=1e999": ["speed", "Infinity", ">= 0"],
     "#k_hat=2.5": ["k_hat", "2.5", "<= 2"],
     "#speed=0.05": ["speed = 0.05", "minimum_speed"],
+    "#speed=0&memory=false": ["speed = 0", "memory = true"],
     "#delay=1": ["delay", "<= 0.5"],
     "#peak_pressure=1e-300": ["peak_pressure = 1e-300", ">= 1000000"],
     "#mass=1e-300": ["mass = 1e-300", ">= 1"],
