@@ -317,14 +317,16 @@ export class App {
 
   private newPicture(speed: number): Picture {
     const { vehicle, normalLoad } = this.settings;
-    return picture(new Plant(vehicle, normalLoad), speed, this.wetFriction, this.reach);
+    const plant = new Plant(vehicle, normalLoad);
+    return picture(plant, plant.rolls(speed), this.wetFriction, this.reach);
   }
 
   private draw(now: number): void {
     const { run, stage } = this;
     if (this.unshown) this.lookAgain();
     const often = now - this.looked > OFTEN, late = now - this.lookedSeldom > SELDOM;
-    const moved = Math.abs(run.now.speed / this.shown.speed - 1) > MOVED;
+    const speed = run.motion.plant.rolls(run.now.speed);
+    const moved = Math.abs(speed / this.shown.speed - 1) > MOVED;
     const other = this.shown.wetFriction !== this.wetFriction;
     if (often) {
       this.looked = now;
@@ -355,13 +357,17 @@ export class App {
 
   /** Show what a wet patch would do to the wheel now. */
   private predict(): void {
-    const { run, settings, control } = this;
+    const { run, settings, control } = this, { plant } = this.shown;
+    if (plant.rolls(run.now.speed) > run.now.speed) {
+      write(find("clearing"), "A wheel that stands leaves no patch.");
+      return;
+    }
     if (control.mode === "creep") {
       write(find("clearing"), "Under creep control the torque follows the patch: try it.");
       return;
     }
     if (run.motion.patch !== null) return; // the prediction stands until the patch is past
-    const clears = clearing(this.shown.plant, run.now.drive_torque, run.now.speed, settings.patch.friction);
+    const clears = clearing(plant, run.now.drive_torque, run.now.speed, settings.patch.friction);
     const away = clears !== null && run.now.creepage > clears.border;
     write(find("clearing"), away ? "The wheel is already beyond the border of its grip."
       : clearingText(clears, settings.patch.length));

@@ -76,7 +76,8 @@ export function save(app: App): void {
   const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")
     : vehicle.name.toLowerCase().replace(/[^a-z0-9]+/g, "_");
   try {
-    const text = writeModel({ ...vehicle, initial_speed: speed }, normalLoad);
+    const initial_speed = speed > 0 ? speed : vehicle.initial_speed; // a file's model rolls
+    const text = writeModel({ ...vehicle, initial_speed }, normalLoad);
     const link = made("a", {
       href: URL.createObjectURL(new Blob([text], { type: "application/toml" })),
       download: `${file}_explored.toml`,

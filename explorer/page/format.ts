@@ -16,13 +16,13 @@ export function digits(value: number, significant = 3): string {
 }
 
 /** A number as a visitor may type it: without needless digits, with an ASCII minus. */
-export function plain(value: number): string {
-  return String(Number(value.toPrecision(5)));
+export function plain(value: number, significant = 5): string {
+  return value === Infinity ? "\u221e" : String(Number(value.toPrecision(significant)));
 }
 
 /** The same with three digits, for a value that nobody has chosen. */
 export function rounded(value: number): string {
-  return String(Number(value.toPrecision(3)));
+  return plain(value, 3);
 }
 
 /** A creepage [1] in per cent. */

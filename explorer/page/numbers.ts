@@ -84,8 +84,8 @@ export const startText = ({ mode }: Control): string =>
 /** Why time stands still, and how it goes on. */
 export function stopText({ run, shown: { plant }, control }: Omit<Moment, "rests" | "span">): string {
   const why = `Time stands still: ${run.stopped}.`;
-  if (run.now.speed < plant.vehicle.minimum_speed) return `${why} Play ${startText(control)}.`;
-  const { damping, radius } = plant.vehicle, omega = ((1 + run.now.creepage) * run.now.speed) / radius;
+  if (run.now.speed < run.motion.slowest) return `${why} Play ${startText(control)}.`;
+  const { damping, radius } = plant.vehicle, omega = run.motion.drivetrain.state.omega_left;
   const holding = radius * run.now.creep_force + damping * omega;
   const less = control.mode === "torque" && run.now.drive_torque > holding
     ? `; less than ${digits(1e-3 * holding)} kN m slows the wheel down` : "";

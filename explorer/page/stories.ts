@@ -12,8 +12,11 @@ const OVER = 1.015; // torque over the fold's with which Hysteresis drives the w
 const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch, if it is above the return's
 const WETTEST = 0.1; // friction at which a patch lets a wheel slip away, if any does
 
-/** Every story needs a fold. */
+/** Every story needs a wheel that rolls, and a fold. */
 function noFold(app: App): string | null {
+  if (app.settings.speed < app.settings.vehicle.minimum_speed) {
+    return "Here the wheel stands: give it a speed for the experiments, or Play and see it held or break loose.";
+  }
   return app.shown.fold !== null ? null
     : "Here the torque has no fold, so there is no slip-away: raise K, or lower the damping.";
 }

@@ -35,8 +35,10 @@ export class Motion {
     for (const name of Object.keys(state)) Object.assign(state, { [name]: 0 });
     this.placePatch(null);
     this.rims = [0, FASTEST_RIM];
-    this.turn(speed, creepage);
+    const rolls = this.plant.rolls(speed);
+    this.turn(rolls, creepage);
     this.rollSteadily();
+    if (speed !== rolls) this.turn(speed, 0);
   }
 
   /** Let contacts with memory remember steady rolling at the present creepage. */
@@ -61,6 +63,12 @@ export class Motion {
     this.rims = [Math.min(0, this.rim - BEYOND), Math.max(FASTEST_RIM, this.rim + BEYOND)];
   }
 
+  /** Speed at which a run ends [m/s]: with memory the wheel may stand, and swing a little about that. */
+  get slowest(): number {
+    const { memory, minimum_speed } = this.plant.vehicle;
+    return memory ? -minimum_speed : minimum_speed;
+  }
+
   /** Speed of the rim [m/s]. */
   private get rim(): number {
     return this.drivetrain.state.omega_left * this.plant.vehicle.radius;
@@ -68,7 +76,7 @@ export class Motion {
 
   /** Set the speed [m/s], and turn the wheels so that they have a creepage. */
   turn(speed: number, creepage: number): void {
-    const omega = ((1 + creepage) * speed) / this.plant.vehicle.radius;
+    const omega = (speed + creepage * this.plant.rolls(speed)) / this.plant.vehicle.radius;
     Object.assign(this.drivetrain.state, { speed, omega_left: omega, omega_right: omega });
   }
 
@@ -104,24 +112,23 @@ export class Motion {
   /** The state at a time [s] under a torque [N.m]. */
   row(time: number, drive_torque: number): Row {
     const { input, state: { speed, omega_left: omega } } = this.drivetrain;
-    const { radius, damping } = this.plant.vehicle;
-    const out = this.output(), { creepage_left: creepage } = out, { friction_left: friction } = input;
+    const { radius, damping } = this.plant.vehicle, rolls = this.plant.rolls(speed);
+    const out = this.output(), { friction_left: friction } = input;
+    const creepage = rolls === speed ? out.creepage_left : (radius * omega - speed) / rolls;
     const creep_force = out.creep_force_left + out.creep_force_right;
     const turning = drive_torque - radius * creep_force - damping * omega; // J d(omega)/dt
     const creepage_rate =
-      this.plant.gain(speed) * turning - ((1 + creepage) * out.speed_rate) / speed;
+      this.plant.gain(speed) * turning - ((speed / rolls + creepage) * out.speed_rate) / rolls;
     return { time, creepage, drive_torque, creep_force, speed, friction, creepage_rate };
   }
 
   /** Why it cannot go on, in one line, or null. */
   limit(): string | null {
-    const { minimum_speed } = this.plant.vehicle, { speed } = this.drivetrain.state;
+    const { slowest: least } = this, { speed } = this.drivetrain.state;
     const { rim, rims: [slowest, fastest] } = this, runs = `the rim runs at ${rim.toFixed(1)} m/s`;
     if (!(rim <= fastest)) return `${runs}, above the limit of ${fastest.toFixed(0)} m/s`;
-    if (!(rim > slowest)) return `${runs}, below the limit of ${slowest.toFixed(0)} m/s`;
-    if (speed < minimum_speed) {
-      return `the speed is ${speed.toFixed(3)} m/s, below the minimum of ${minimum_speed} m/s`;
-    }
+    if (!(rim > Math.min(slowest, least))) return `${runs}, below the limit of ${slowest.toFixed(0)} m/s`;
+    if (speed < least) return `the speed is ${speed.toFixed(3)} m/s, below the minimum of ${least} m/s`;
     return null;
   }
 }

@@ -37,9 +37,9 @@ export class Plant {
 
   /** Contact at a creepage [1], a speed [m/s] and a factor on friction [1]. */
   force(creepage: number, speed: number, friction = 1): Structs["force_element_output"] {
-    demand("speed", speed, { at_least: this.vehicle.minimum_speed });
+    const rolling = this.rolls(speed);
     const input = {
-      omega: this.omega(creepage, speed), speed, normal_load: this.normalLoad,
+      omega: this.omega(creepage, rolling), speed: rolling, normal_load: this.normalLoad,
       friction_scale: friction, held_force: 0, unslipped: 1, outer_force: 0,
       held_lateral: 0, outer_lateral: 0, lateral_velocity: 0, spin_velocity: 0,
     };
@@ -100,9 +100,16 @@ export class Plant {
     return Number.isNaN(creepage) ? null : creepage;
   }
 
+  /** The speed of steady creep beside a speed: a wheel that stands is compared with one that rolls
+   * at the minimum speed, over which its slip velocity is the creepage [m/s]. */
+  rolls(speed: number): number {
+    demand("speed", speed, {});
+    return Math.max(speed, this.vehicle.minimum_speed);
+  }
+
   /** g = r/(J V): rate of the creepage per torque [1/(N.m.s)]. */
   gain(speed: number): number {
-    return this.vehicle.radius / (this.vehicle.inertia * speed);
+    return this.vehicle.radius / (this.vehicle.inertia * this.rolls(speed));
   }
 
   /** zeta0, k_hat and process zone ratio under this load, without slip speed. */
@@ -118,7 +125,7 @@ export class Plant {
   /** What all functions of steady creep take first. */
   private given(speed: number, friction: number): [number, number, number, number] {
     const conditions = {
-      speed, "normal_load[0]": this.normalLoad, "normal_load[1]": this.normalLoad,
+      speed: this.rolls(speed), "normal_load[0]": this.normalLoad, "normal_load[1]": this.normalLoad,
       "friction_scale[0]": friction, "friction_scale[1]": friction,
       resistance_force: 0, acceleration: 0, balanced: 0,
     };

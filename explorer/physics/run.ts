@@ -6,7 +6,7 @@ import { checkControl, type Control, SAMPLE, TorqueSource } from "./control";
 import { demand } from "./limits";
 import { Motion } from "./motion";
 import { History, type Row, type RunEvent, Watch } from "./recorder";
-import type { Vehicle } from "./vehicle";
+import { checkSpeed, type Vehicle } from "./vehicle";
 
 export { type Control, SAMPLE } from "./control";
 
@@ -45,12 +45,12 @@ export class Run {
   /**
    * Begin again at a speed [m/s] under a load [N]. In torque mode it begins with the grip that it has
    * under the torque demand, or rolls if the demand is less than rolling takes; in creep mode it begins
-   * at the creepage demand.
+   * at the creepage demand. A wheel that stands begins with the force of that creepage.
    */
   start(vehicle: Vehicle, normalLoad: number, speed: number): void {
     const { control, motion } = this;
     checkControl(control);
-    demand("speed", speed, { at_least: vehicle.minimum_speed });
+    checkSpeed(vehicle, speed);
     motion.configure(vehicle, normalLoad);
     const creeping = control.mode === "creep";
     const creepage = creeping ? control.creepage : this.grip(speed);
@@ -69,6 +69,7 @@ export class Run {
 
   /** Change parameters while it runs; speeds and torque stay. */
   configure(vehicle: Vehicle, normalLoad: number): void {
+    if (!vehicle.memory) checkSpeed(vehicle, this.now.speed); // with it, the wheel may swing back
     this.jump(() => this.motion.configure(vehicle, normalLoad));
     this.watch(this.fold);
   }
@@ -105,7 +106,7 @@ export class Run {
 
   /** Set the speed [m/s]; the creepage stays. */
   setSpeed(speed: number): void {
-    demand("speed", speed, { at_least: this.motion.plant.vehicle.minimum_speed });
+    checkSpeed(this.motion.plant.vehicle, speed);
     this.jump(() => this.motion.turn(speed, this.now.creepage));
   }
 

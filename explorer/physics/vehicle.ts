@@ -1,5 +1,6 @@
 /** A wheelset as a model file describes it, and the kernel's parameters that follow from it. */
 import { embeddedData } from "../kernel/embedded";
+import { demand } from "./limits";
 import { type Contact, kernel, type Structs } from "../kernel/kernel";
 import type { Sections } from "../kernel/structs";
 
@@ -107,6 +108,11 @@ export function wheelsetParameters(v: Vehicle): Structs["wheelset_parameters"] {
     quadratic_resistance: v.quadratic,
     grade_acceleration: gravity * v.grade,
   };
+}
+
+/** Check the speed of a run [m/s]: only a contact with memory holds a wheel that stands. */
+export function checkSpeed({ memory, minimum_speed }: Vehicle, speed: number): void {
+  demand(memory ? "speed" : "speed without memory", speed, { at_least: memory ? 0 : minimum_speed });
 }
 
 /** Semi-axis b of the ellipse across rolling, at the nominal load [m]. */

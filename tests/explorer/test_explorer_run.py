@@ -132,6 +132,27 @@ def test_a_run_with_memory_is_python_s(page: ExplorerPage, rig: cl.Model, ellips
     assert np.abs(run["creepage"] / expected - 1.0).max() > 0.05
 
 
+@pytest.mark.parametrize("share", [0.5, 1.5])
+def test_a_wheel_that_stands_holds_a_torque_or_breaks_loose(
+    page: ExplorerPage, rig: cl.Model, share: float
+) -> None:
+    wheelset, duration, rate = with_memory(rig.wheelset), 0.5, 1e5
+    torque = share * fold_of(wheelset).drive_torque
+    control = {"drive_torque": 0.0, "torque_rate": rate}
+    run = drive(page, wheelset, control, {"drive_torque": torque}, duration, speed=0.0)
+    ramp = cl.Profile((0.0, torque / rate, 2.0), (0.0, torque, torque))
+    other = cl.simulate(wheelset, cl.TorqueControl(ramp), initial_speed=0.0, duration=duration)
+    expected = np.interp(run["time"], other.time, other["creep_force"])
+    assert_allclose(run["creep_force"], expected, atol=3e-3 * np.abs(expected).max())
+    # Below the minimum speed the creepage is the slip velocity over that speed.
+    slip = run["creepage"] * wheelset.element.minimum_speed
+    expected = np.interp(run["time"], other.time, other["slip_velocity"])
+    assert_allclose(slip, expected, atol=3e-2 * np.abs(expected).max())
+    assert (run["speed"] == 0.0).all()
+    assert (abs(slip[-1]) < 1e-3) == (share < 1.0)
+    assert run.stopped is None
+
+
 def test_memory_begins_with_steady_rolling(page: ExplorerPage, rig: cl.Model) -> None:
     """When it is switched on; then a kick finds the force as it was."""
     remembering = vehicle_of(rig.wheelset) | {"memory": True}
@@ -368,7 +389,7 @@ def test_it_stops_where_it_makes_no_sense(
         ({"drive_torque": 4e4}, [], "control.drive_torque = 40000 .* no grip"),
         ({"torque_rate": -1.0}, [], "control.torque_rate = -1 .* >= 0"),
         ({"delay": 0.6}, [], "control.delay = 0.6 .* <= 0.5"),
-        ({}, [["setSpeed", 0.05]], "speed = 0.05 .* >= 0.1"),
+        ({}, [["setSpeed", 0.05]], "speed without memory = 0.05 .* >= 0.1"),
         ({}, [["placePatch", 0.0, 1.0, 1.0]], "friction = 0 .* >= 0.001 and <= 1000"),
         ({}, [["placePatch", 0.5, 0.0, 1.0]], "length = 0 "),
         ({}, [["placePatch", 0.5, 1.0, -1.0]], "ahead = -1 "),
