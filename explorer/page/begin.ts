@@ -211,6 +211,10 @@ function wire(app: App): void {
     if (problems.length > 0) toast(`In the address: ${problems.join("; ")}`);
   });
   document.addEventListener("keydown", (event) => key(app, event));
+  document.addEventListener("click", ({ target, detail }) => { // so that Space pauses after a click
+    const button = (target as Element).closest("button");
+    if (detail > 0 || button?.ariaPressed === "true") button?.blur();
+  });
 }
 
 /** Change the contact, or show why it cannot be changed so. */
@@ -233,7 +237,7 @@ function key(app: App, event: KeyboardEvent): void {
   const story = STORIES[Number(event.key) - 1];
   const button: Record<string, string> = { k: "kick", w: "wet", r: "reset", "?": "help-button" };
   if (story !== undefined) app.startStory(story);
-  else if (event.key === " " && !/^(BUTTON|INPUT|SUMMARY)$/.test(target.tagName)) app.play(!app.playing);
+  else if (event.key === " " && !/^(BUTTON|SUMMARY)$/.test(target.tagName)) app.play(!app.playing);
   else if (event.key.toLowerCase() in button) find(button[event.key.toLowerCase()] as string).click();
   else return;
   event.preventDefault();

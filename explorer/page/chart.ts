@@ -1,7 +1,7 @@
 /* A chart: uPlot draws curves and axes when they change; a canvas over them is drawn every frame. */
 
 import uPlot from "uplot";
-import { emptied, FONT, Pen } from "./pen";
+import { emptied, font, Pen, typeScale, typeSize } from "./pen";
 import type { Moment, Picture } from "./picture";
 import { colour, type Colour } from "./theme";
 
@@ -10,7 +10,7 @@ interface Axis {
   /** What the label shows for one SI unit. */
   per?: number;
   log?: boolean;
-  /** Smallest distance between two labels [px]. */
+  /** Smallest distance between two labels, and width of the axis, in the usual size of type [px]. */
   space?: number;
   size?: number;
   values?: (value: number) => string;
@@ -100,6 +100,11 @@ export class Chart {
 
   private fit(): void {
     const width = this.place.clientWidth, height = this.place.clientHeight;
+    const size = typeSize(), drawn = Math.round(size * devicePixelRatio);
+    for (const axis of this.plot.axes) { // uPlot keeps a font as text, size as drawn, and size
+      for (const kept of [axis.font, axis.labelFont]) Object.assign(kept!, [font(drawn), drawn, size]);
+      if (axis.labelSize !== 0) axis.labelSize = 16 * typeScale();
+    }
     if (width > 0 && height > 0) this.plot.setSize({ width, height });
   }
 
@@ -110,7 +115,7 @@ export class Chart {
       height: 200,
       legend: { show: false },
       cursor: { show: false },
-      padding: [8, 16, 0, 0],
+      padding: [8, () => 16 * typeScale(), 0, 0],
       pxAlign: 0,
       scales: {
         x: { time: false, auto: false, range: asGiven, distr: x.log ? 3 : 1, ori: turned ? 1 : 0 },
@@ -134,15 +139,15 @@ export class Chart {
     return {
       scale,
       side,
-      font: FONT,
-      labelFont: FONT,
+      font: font(typeSize()),
+      labelFont: font(typeSize()),
       label: axis.hidden ? "" : axis.label,
       labelSize: axis.hidden ? 0 : 16,
       labelGap: upright ? 2 : 0,
-      size: (_, values) => Math.max(axis.size ?? (upright ? 46 : 24), // or as wide as its numbers
-        upright ? 12 + 7 * Math.max(0, ...(values ?? []).map((text) => text.length)) : 0),
+      size: (_, values) => typeScale() * Math.max(axis.size ?? (upright ? 46 : 24),
+        upright ? 12 + 7 * Math.max(0, ...(values ?? []).map((text) => text.length)) : 0), // its numbers
       gap: 4,
-      space: axis.space ?? (upright ? 26 : 52),
+      space: () => typeScale() * (axis.space ?? (upright ? 26 : 52)),
       stroke: () => colour("soft"),
       grid: { stroke: () => colour("faint"), width: 1 },
       ticks: { stroke: () => colour("line"), width: 1, size: 4 },

@@ -4,7 +4,7 @@ import { type Strip, stripsOf } from "../physics/patch";
 import { atLoad, lateralSemiAxis } from "../physics/vehicle";
 import { View } from "./chart";
 import { digits } from "./format";
-import { emptied, FONT } from "./pen";
+import { emptied, font, typeScale, typeSize } from "./pen";
 import type { Moment, Picture } from "./picture";
 import { colour } from "./theme";
 
@@ -99,7 +99,7 @@ export class PatchView extends View {
     // The axis is that of the chart above, so that places along the contact are below each other.
     const box = this.chart.plot.over, left = box.offsetLeft;
     const across = (xi: number): number => left + ((xi + 1.08) / 2.16) * box.clientWidth;
-    const room = height - 22, half = 0.5 * room, line = strips.length === 1;
+    const room = height - 22 * typeScale(), half = 0.5 * room, line = strips.length === 1;
     c.save();
     c.beginPath();
     if (line) c.rect(across(-1), 0, across(1) - across(-1), room);
@@ -113,7 +113,7 @@ export class PatchView extends View {
     const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
     const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
     const both = `${along}, 2b = ${digits(2e3 * b)} mm`, rolling = "rolling \u2192";
-    c.font = FONT;
+    c.font = font(typeSize());
     c.textBaseline = "bottom";
     c.fillStyle = colour("soft");
     c.textAlign = "right";
@@ -162,7 +162,7 @@ export class PatchView extends View {
     }
     c.stroke();
     if (this.boundary >= 0.9) return;
-    c.font = `600 ${FONT}`;
+    c.font = `600 ${font(typeSize())}`;
     c.fillStyle = "#ffffff";
     c.textAlign = "center";
     c.textBaseline = "middle";

@@ -4,7 +4,19 @@ import type uPlot from "uplot";
 import type { Column, History } from "../physics/recorder";
 import { colour, type Colour } from "./theme";
 
-export const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif";
+const USUAL = 15; // size of the page's type for which lengths on charts are given [px]
+
+/** Times the usual size of the page's type, which grows with the screen: so do the charts' texts. */
+export function typeScale(): number {
+  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize) / USUAL;
+}
+
+/** Size of a chart's type [px]. */
+export const typeSize = (): number => Math.round(12 * typeScale());
+
+/** Font of a size [px]. */
+export const font = (size: number): string =>
+  `${size}px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif`;
 
 /** Clear a canvas, at a size [px] and the screen's resolution; its context then draws in px. */
 export function emptied(canvas: HTMLCanvasElement, width: number, height: number):
@@ -45,7 +57,7 @@ interface Box {
   high: number;
 }
 
-const HIGH = 8; // half the height of a line of text [px]
+const HIGH = 8; // half the height of a line of text in the usual size [px]
 const CELL = 2; // of the map of lines [px]
 
 // Ways that a text may move to a place of its own [px], the shortest first. They lead further along a
@@ -62,6 +74,9 @@ export class Pen {
   private readonly columns: number; // of the map of lines
   private readonly lines: Uint8Array; // 1 where a line passes, row by row
   private readonly beside: Way[]; // on which the name of a line may move
+  private readonly scale = typeScale();
+  private readonly high = HIGH * this.scale;
+  private readonly font = font(typeSize());
 
   constructor(
     readonly context: CanvasRenderingContext2D,
@@ -73,7 +88,7 @@ export class Pen {
     this.columns = Math.ceil(width / CELL);
     this.lines = new Uint8Array(this.columns * Math.ceil(height / CELL));
     this.beside = Array.from({ length: 2 * Math.ceil(width / 8) }, (_, i) =>
-      ({ dx: -8 * (i >> 1), dy: i % 2 === 0 ? 0 : 18 }));
+      ({ dx: -8 * (i >> 1), dy: i % 2 === 0 ? 0 : 18 * this.scale }));
     const [xs, ...curves] = plot.data;
     for (const ys of curves) { // texts keep off them
       this.mark(Array.from(xs, (value, i): Place => {
@@ -172,12 +187,12 @@ export class Pen {
 
   /** A dot, hollow for an unstable state. */
   dot(x: number, y: number, ink: Colour, hollow = false, radius = 4.5): void {
-    this.disc(this.across(x), this.up(y), radius, hollow ? "card" : ink, ink, 2);
+    this.disc(this.across(x), this.up(y), this.scale * radius, hollow ? "card" : ink, ink, 2);
   }
 
   /** The wheel; outside the chart it is drawn at the edge, with an arrow and its value. */
   wheel(x: number, y: number, ink: Colour, outside: string): void {
-    const r = 7.5;
+    const r = 7.5 * this.scale;
     const px = this.across(x), py = this.up(y);
     const beyondX = px > this.width ? 1 : px < 0 ? -1 : 0;
     const beyondY = py < 0 ? 1 : py > this.height ? -1 : 0;
@@ -186,8 +201,8 @@ export class Pen {
     this.disc(cx, cy, r, ink, "card", 2.5);
     if (beyondX === 0 && beyondY === 0) return;
     this.arrow(cx, cy, beyondX, -beyondY, "card", 5);
-    const below = cy < 40;
-    this.words(outside, cx - beyondX * 14, cy + (below ? 22 : -14), ink,
+    const below = cy < 40 * this.scale;
+    this.words(outside, cx - beyondX * 14, cy + this.scale * (below ? 22 : -14), ink,
       beyondX > 0 ? "right" : beyondX < 0 ? "left" : cx > this.width - 60 ? "right" : "left", true);
     this.texts.unshift(this.texts.pop()!);
   }
@@ -210,16 +225,16 @@ export class Pen {
     for (const way of [-1, 1]) this.arrow(x + 5 * way, y, way, 0, "card", 3.5);
   }
 
-  /** Text at a point, shifted by so many px. */
+  /** Text at a point, shifted by so many px of the usual size. */
   label(text: string, x: number, y: number, dx: number, dy: number, ink: Colour = "ink",
     align: CanvasTextAlign = "left"): void {
-    this.words(text, this.across(x) + dx, this.up(y) + dy, ink, align);
+    this.words(text, this.across(x) + this.scale * dx, this.up(y) + this.scale * dy, ink, align);
   }
 
   /** Text at a place [px]. */
   words(text: string, x: number, y: number, ink: Colour, align: CanvasTextAlign = "left",
     bold = false): void {
-    const c = this.context, font = bold ? `600 ${FONT}` : FONT;
+    const c = this.context, font = bold ? `600 ${this.font}` : this.font;
     c.font = font;
     const width = c.measureText(text).width + 6; // with a margin
     const left = align === "left" ? x : align === "right" ? x - width : x - 0.5 * width;
@@ -228,7 +243,7 @@ export class Pen {
 
   /** Name of a horizontal line, which stays beside it: above or below, as far right as there is room. */
   nameLine(text: string, y: number, ink: Colour): void {
-    this.words(text, this.width - 5, this.up(y) - 9, ink, "right");
+    this.words(text, this.width - 5, this.up(y) - 9 * this.scale, ink, "right");
     this.texts.at(-1)!.ways = this.beside;
   }
 
@@ -256,13 +271,13 @@ export class Pen {
     const within = (at: number, size: number, room: number): number =>
       Math.min(Math.max(at, size), Math.max(size, room - size));
     const wide = 0.5 * width, x = within(left + wide, wide, this.width);
-    const up = within(y, HIGH, this.height);
+    const { high } = this, up = within(y, high, this.height);
     const way = ways.find(({ dx, dy }) => within(x + dx, wide, this.width) === x + dx &&
-      within(up + dy, HIGH, this.height) === up + dy &&
+      within(up + dy, high, this.height) === up + dy &&
       this.taken.every((other) => Math.abs(other.x - x - dx) >= other.wide + wide ||
-        Math.abs(other.y - up - dy) >= other.high + HIGH) &&
-      !this.crossed({ x: x + dx, y: up + dy, wide, high: HIGH }));
-    return way && { x: x + way.dx, y: up + way.dy, wide, high: HIGH };
+        Math.abs(other.y - up - dy) >= other.high + high) &&
+      !this.crossed({ x: x + dx, y: up + dy, wide, high }));
+    return way && { x: x + way.dx, y: up + way.dy, wide, high };
   }
 
   /** A band between two values of the horizontal axis. */

@@ -226,6 +226,19 @@ def test_memory_is_switched_on_where_the_contact_can_have_it(visitor: Visitor) -
     assert visitor.page.get_by_role("radio", name="Ellipse").is_checked()
     visitor.enter(torque=28.0)
     assert "slip_away" in visitor.simulate(5.0, until="slip_away").names
+    visitor.choose("locomotive")
+    visitor.check("Memory")  # with it, the wheel can stand
+    visitor.enter(speed=0.0)
+    visitor.press("Reset")
+    assert visitor.simulate(0.1).speed > 0.0  # it starts
+    visitor.press("Reset")
+    visitor.look()
+    assert visitor.page.locator("#wet-time-field").input_value() == "\u221e"
+    visitor.press("Slip-away")
+    assert visitor.text("story").startswith("Here the wheel stands")
+    visitor.page.get_by_role("radio", name="No memory", exact=True).click(force=True)
+    assert visitor.toast() == "speed without memory = 0 is out of range: must be finite and >= 0.1"
+    visitor.enter(speed=10.0)
     visitor.check("No memory")
     visitor.check("Line")
     assert visitor.state("settings.vehicle.contact") == "line"
@@ -622,6 +635,18 @@ def test_keys_do_what_the_help_lists(visitor: Visitor) -> None:
     assert stories.count() == 6
     for i in range(6):
         assert pressed(str(i + 1), "story.name") == stories.nth(i).inner_text()
+    visitor.press("Slip-away")  # whatever was clicked, Space pauses and goes on
+    for what in ("Slip-away", "Kick the wheel", "Reset"):
+        visitor.press(what)
+        begun, playing = visitor.simulate(0.01).time, visitor.state("playing")
+        for now in (not playing, playing):
+            assert pressed(" ", "playing") == now
+            assert visitor.state("run.now.time") == begun, what
+    visitor.page.locator("#stories button").first.focus()  # also after a key on an experiment
+    visitor.page.keyboard.press(" ")
+    begun = visitor.simulate(0.01).time
+    assert not pressed(" ", "playing")
+    assert visitor.state("run.now.time") == begun
     # Letters that are typed into a field are no commands.
     begun = visitor.simulate(0.01).time
     visitor.page.locator("#k-hat-field").focus()
@@ -718,7 +743,8 @@ def test_the_help_gives_the_focus_back(visitor: Visitor) -> None:
         ("torque", "24 kNm", 'drive torque T: "24 kNm" is not a number'),
         ("torque", "", 'drive torque T: "" is not a number'),
         ("k-hat", "3", "drop of friction K must be finite and >= 0 and <= 2"),
-        ("speed", "0", "speed V must be finite and > 0 and <= 100 m/s"),
+        ("speed", "-1", "speed V must be finite and >= 0 and <= 100 m/s"),
+        ("speed", "0", "speed without memory = 0 is out of range: must be finite and >= 0.1"),
         ("ratio", "0.5", "ratio f_s / f_d must be finite and >= 1 and <= 100"),
         ("wet-time", "-3", "time on the patch must be finite and >= 0.01 and <= 100000 ms"),
     ],
@@ -916,6 +942,15 @@ FLAWS = """() => {
   }
   return found;
 }"""
+# Sizes of all kinds of text [px]: of elements, and on the charts.
+TYPE_SIZES = """async () => [
+  ...["label", "dt", "dd", "button", "figcaption", "small", ".note", ".unit", "#story"]
+    .map((kind) => parseFloat(getComputedStyle(document.querySelector(`main ${kind}`)).fontSize)),
+  ...(await contactlib.ready).app.stage.views.flatMap(({ chart: { plot } }) =>
+    plot.axes.map(({ font }) => parseFloat(font[0]))),
+  ...[...document.querySelectorAll("canvas.over, #above")].map((e) =>
+    parseFloat(e.getContext("2d").font.match(/[0-9.]+(?=px)/)[0])),
+]"""
 PIXELS = """(id) =>
   [...document.querySelectorAll(`#${id} canvas`)].map((e) => e.toDataURL()).join()"""
 
@@ -1049,12 +1084,25 @@ def watched() -> Iterator[Visitor]:
         opened.errors[:] = [e for e in opened.errors if "willReadFrequently" not in e]  # read here
 
 
+def test_type_grows_with_the_screen(visitor: Visitor) -> None:
+    heights = {}
+    for width, height in ((1280, 800), (1440, 900), (1920, 1080), (1440, 900)):
+        visitor.page.set_viewport_size({"width": width, "height": height})
+        visitor.look()
+        heights[width, height] = visitor.call(TYPE_SIZES)
+    smallest = {size: min(sizes) for size, sizes in heights.items()}
+    assert smallest[1920, 1080] >= 15.0
+    ratios = np.array(heights[1920, 1080]) / heights[1440, 900]
+    np.testing.assert_allclose(ratios, 20.0 / 15.0, rtol=0.05)
+
+
 @pytest.mark.parametrize(
     ("size", "model"),
     [
         ((360, 740), "roller_rig"),
         ((768, 1024), "locomotive"),
         ((1280, 720), "locomotive"),
+        pytest.param((1920, 1080), "locomotive", marks=pytest.mark.slow),
         pytest.param((390, 844), "locomotive", marks=pytest.mark.slow),
         pytest.param((1280, 800), "roller_rig", marks=pytest.mark.slow),
         pytest.param((1440, 900), "roller_rig", marks=pytest.mark.slow),
