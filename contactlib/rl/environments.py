@@ -412,7 +412,20 @@ class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any])
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], Info]:
-        """Begin the episodes; the seed is the index of the first one's noise."""
+        """Begin the episodes; the seed is the index of the first one's noise.
+
+        Raises
+        ------
+        ValueError
+            If ``options["reset_mask"]`` leaves out a wheelset.
+        """
+        mask = (options or {}).get("reset_mask", True)
+        if not np.all(mask):
+            raise ValueError(
+                f"options['reset_mask'] = {np.asarray(mask).tolist()} leaves out a wheelset: all "
+                "share one clock, so reset them together, without a mask; in Gymnasium's "
+                "SyncVectorEnv each TractionEnv has its own"
+            )
         super().reset(seed=seed)
         self._over = False
         return self.wheelsets.begin(_first(self.np_random, seed))

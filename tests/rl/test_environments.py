@@ -68,6 +68,14 @@ def test_the_vector_form_keeps_its_contract(patch: cl.Scenario) -> None:
     assert [i for i, (over, _) in enumerate(seen) if over] == [4, 10]
     assert [i for i, (_, reward) in enumerate(seen) if reward == 0.0] == [5, 11]  # are reset
     np.testing.assert_array_equal(envs.reset(seed=5)[0], first)
+    # All share one clock: a mask that leaves one out is refused, and nothing is reset.
+    envs.step(envs.action_space.sample())
+    for mask in (np.array([True, False, True]), np.zeros(3, dtype=bool)):
+        with pytest.raises(ValueError, match=r"reset_mask.*False.* leaves out a wheelset"):
+            made.reset(seed=5, options={"reset_mask": mask})
+        assert made.time > 0.0
+    made.reset(seed=5, options={"reset_mask": np.ones(3, dtype=bool)})
+    assert made.time == 0.0
 
 
 def test_wheelsets_of_the_vector_form_are_single_ones_to_the_last_bit(patch: cl.Scenario) -> None:
