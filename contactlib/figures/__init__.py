@@ -17,7 +17,7 @@ from contactlib.figures.paper import (
 )
 from contactlib.figures.patch import contact_patch, contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
-from contactlib.figures.scenario import comparison, run_name, scenario_run
+from contactlib.figures.scenario import Units, comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
 from contactlib.figures.style import (
     captions,
@@ -31,6 +31,7 @@ __all__ = [
     "PAPER_FIGURES",
     "STABILITY_FIGURES",
     "PaperFigure",
+    "Units",
     "captions",
     "comparison",
     "contact_patch",

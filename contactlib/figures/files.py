@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import Bbox, ScaledTranslation
 
 from contactlib.base.writing import write_whole
 from contactlib.figures.style import sized, styled
@@ -83,7 +83,7 @@ def _write(figure: Figure, paths: Sequence[Path]) -> list[Path]:
 
 
 def clear_legends(figure: Figure) -> None:
-    """Lay a figure out, and move legends that cover a text of their axes to where none does."""
+    """Lay a figure out, and move legends that cover texts or lines of their axes."""
     figure.draw_without_rendering()
     moved = [_clear_legend(axes) for axes in figure.axes]
     if any(moved):
@@ -91,7 +91,7 @@ def clear_legends(figure: Figure) -> None:
 
 
 def _clear_legend(axes: Axes) -> bool:
-    """Move a legend that covers a text to where it covers neither text nor line, or below."""
+    """Move a legend that covers a text or a line to where it covers none, or below."""
     legend, figure = axes.get_legend(), axes.get_figure(root=True)
     if legend is None or figure is None:
         return False
@@ -99,15 +99,18 @@ def _clear_legend(axes: Axes) -> bool:
     words = [Text.get_window_extent(text) for text in axes.texts if text.get_text()]
     ticks = [*axes.get_xticklabels(), *axes.get_yticklabels(), axes.title]
     words += [text.get_window_extent() for text in ticks if text.get_visible() and text.get_text()]
-    box = legend.get_window_extent()
-    if not box.count_overlaps(words) and figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1:
-        return False
     paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+
+    def covers(box: Bbox) -> bool:
+        lines = (path.intersects_bbox(box, filled=False) for path in paths)
+        return bool(box.count_overlaps(words)) or any(lines)
+
+    box = legend.get_window_extent()
+    if not covers(box) and figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1:
+        return False
     for place in PLACES if box.width < axes.bbox.width else ():
         legend.set_loc(place)
-        box = legend.get_window_extent()
-        covered = box.count_overlaps(words)
-        if not covered and not any(path.intersects_bbox(box, filled=False) for path in paths):
+        if not covers(legend.get_window_extent()):
             return True
     below = ScaledTranslation(0.0, -sized(40) / 72.0, figure.dpi_scale_trans)  # the axis's labels
     legend.set_loc("upper center")

@@ -26,7 +26,6 @@ from contactlib.figures.style import (
     DOTTED,
     by_stability,
     drawn_creepage,
-    labelled,
     line_length,
     new_figure,
     note,
@@ -47,6 +46,9 @@ MAX_CREEPAGE = 1.0  # end of the common creepage axis if only some runs go beyon
 FASTEST_RIM = 2.5  # top of the speed axis / highest speed of the vehicle
 
 STOPPED = 0.01  # speed of a vehicle that has stopped [m/s]
+HELD = 0.05  # mean torque / demand of braking above which a brake holds a vehicle
+WRITTEN = 0.025  # part of an axis that a character of a number takes
+EVEN = 0.05  # change / top of the axis below which friction is even
 EVENTFUL = 0.01  # change of a signal that is seen / its range
 MARGIN = 0.04  # of the time in which the vehicle stands, shown / time in which it does not
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
@@ -66,6 +68,17 @@ def run_name(key: str) -> str:
     return NAMES.get(key, key.replace("_", " "))
 
 
+class Units(NamedTuple):
+    """Units of a scenario's file: that of speeds, its number in 1 m/s, friction at the factor 1."""
+
+    speed: str = "m/s"
+    per_speed: float = 1.0
+    friction: float = 1.0  # a coefficient if the file gives coefficients, else 1
+
+
+IN_SI = Units()
+
+
 class _Drawn(NamedTuple):
     """A run, where its rows lie along the axis of its figure, and an envelope's window [s]."""
 
@@ -73,6 +86,7 @@ class _Drawn(NamedTuple):
     at: FloatArray
     creepage: FloatArray
     window: float
+    units: Units
 
 
 AXES = {"time": "time  [s]", "distance": "distance  [m]"}
@@ -86,13 +100,14 @@ def scenario_run(
     caption: str,
     over: str = "time",
     minimum_speed: float = 0.0,
+    units: Units = IN_SI,
 ) -> Figure:
     """Force, creepage, torque, speed and friction over the time or the distance of one run.
 
     Below `minimum_speed` [m/s] no creepage is drawn.
     """
     twisted = bool(np.any(result["axle_torque"]))
-    (run,) = _drawn([result], over, minimum_speed)
+    (run,) = _drawn([result], over, minimum_speed, units)
     varies = _friction_varies([result])
     with styled():
         rows = 5 if twisted else 4
@@ -108,8 +123,8 @@ def scenario_run(
             _friction(grid[-1:], [run])
         figure.align_ylabels(grid)
         grid[-1].set(xlabel=AXES[over], xlim=_limits([run], over))
-        grid[0].set_title(_summary(result, metrics), fontsize=sized(9))
-        _legend(figure, [run], caption)
+        grid[0].set_title(_summary(run, metrics), fontsize=sized(9))
+        _legend(figure, [run], caption, (*keys(), *grid[3].lines))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
@@ -122,33 +137,34 @@ def comparison(
     caption: str,
     over: str = "time",
     minimum_speed: float = 0.0,
+    units: Units = IN_SI,
 ) -> Figure:
     """Force, creepage, torque and friction, with one column per controller and common axes.
 
-    Speeds are drawn, too, if a vehicle stops. `over` and `minimum_speed` as for `scenario_run`.
+    Speeds are drawn, too, if a vehicle starts, stops or turns. Others as for `scenario_run`.
     """
-    count, stops = len(results), any(map(_stops, results.values()))
+    count, stands = len(results), any(map(_stands, results.values()))
     every = list(results.values())
-    runs = _drawn(every, over, minimum_speed)
+    runs = _drawn(every, over, minimum_speed, units)
     varies = _friction_varies(every)
     width = max(5.0, 3.1 * count)
     long = 0.2 * max(len(caption) / (14.5 * width) - 4.0, 0.0)  # a caption of many lines
     with styled():
         figure, grid = new_figure(
             width,
-            (9.0 if stops else 7.2) + varies + long,
+            (9.0 if stands else 7.2) + varies + long,
             ncols=count,
             sharey="row",
             squeeze=False,
-            **_rows(3 + stops, varies),
+            **_rows(3 + stands, varies),
         )
         for column, (name, run) in enumerate(zip(results, runs, strict=True)):
             _force(grid[0, column], run)
             _creepage(grid[1, column], run)
             _torque(grid[2, column], run)
-            if stops:
+            if stands:
                 _speed(grid[3, column], run)
-            heading = f"{run_name(name)}\n{_summary(run.result, metrics[name])}"
+            heading = f"{run_name(name)}\n{_summary(run, metrics[name])}"
             grid[0, column].set_title(heading, fontsize=sized(9))
             grid[-1, column].set(xlabel=AXES[over], xlim=_limits(runs, over))
             grid[-1, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
@@ -158,7 +174,7 @@ def comparison(
         figure.align_ylabels(grid[:, 0])
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
-        _legend(figure, runs, caption)
+        _legend(figure, runs, caption, (*keys(), *(grid[3, 0].lines if stands else ())))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
@@ -169,12 +185,14 @@ def _rows(count: int, friction: bool) -> dict[str, Any]:
     return {"nrows": len(heights), "height_ratios": heights, "sharex": True}
 
 
-def _drawn(results: Sequence[Result], over: str, minimum_speed: float) -> list[_Drawn]:
+def _drawn(
+    results: Sequence[Result], over: str, minimum_speed: float, units: Units = IN_SI
+) -> list[_Drawn]:
     if over not in AXES:
         raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
     window = max(float(np.ptp(result.time)) for result in results) / WINDOWS
     return [
-        _Drawn(result, _along(result, over), drawn_creepage(result, minimum_speed), window)
+        _Drawn(result, _along(result, over), drawn_creepage(result, minimum_speed), window, units)
         for result in results
     ]
 
@@ -215,20 +233,33 @@ def _eventful(result: Result) -> tuple[float, float]:
     return float(result.time[head[0]]), float(result.time[tail[-1]])
 
 
-def _summary(result: Result, metrics: Metrics | VehicleMetrics) -> str:
+def _summary(run: _Drawn, metrics: Metrics | VehicleMetrics) -> str:
+    result, units = run.result, run.units
     used, limited = metrics.adhesion_utilisation, metrics.limited_utilisation
     share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of demanded force used\n"
     if not math.isnan(limited):
         share = f"{100.0 * limited:.1f} % used where friction limits\n"
     rim, top = _rim_and_top(result)
-    beyond = f", rim up to {rim.max():.0f} m/s" if rim.max() > top > 0.0 else ""
-    stop = f", stops at {metrics.distance:.0f} m" if _stops(result) else ""
-    return f"{share}slip work {_energy(metrics.slip_work)}{beyond}{stop}"
+    fastest = f", rim up to {units.per_speed * rim.max():.0f} {units.speed}"
+    beyond = fastest if rim.max() > top > 0.0 else ""
+    return f"{share}slip work {_energy(metrics.slip_work)}{beyond}{_stop(result, metrics)}"
 
 
-def _stops(result: Result) -> bool:
-    """Whether the vehicle stops and stays where it is."""
-    return bool(abs(result["speed"][-1]) < STOPPED < abs(result["speed"][0]))
+def _stop(result: Result, metrics: Metrics | VehicleMetrics) -> str:
+    """Line on a stop, from the begin of the run and of its demand; empty if none is demanded."""
+    begin, end = np.abs(result["speed"][[0, -1]])
+    if end < STOPPED < begin:
+        of_demand = getattr(metrics, "stopping_distance", math.nan)
+        first = "" if math.isnan(of_demand) else f"{of_demand:.0f} m from the demand,\n"
+        return f"\nstops {first}{abs(metrics.distance):.0f} m from the start"
+    brakes = result["demand"][-1] and result["creep_force"][-1] * result["speed"][-1] < 0.0
+    return f"\ndoes not stop within {np.ptp(result.time):g} s" if brakes else ""
+
+
+def _stands(result: Result) -> bool:
+    """Whether the vehicle stands at some time of a run in which it moves."""
+    speed = result["speed"]
+    return bool(speed.min() < STOPPED < np.abs(speed).max())
 
 
 def _rim_and_top(result: Result) -> tuple[FloatArray, float]:
@@ -293,12 +324,22 @@ def _vibrates(values: FloatArray, edges: NDArray[np.int_]) -> NDArray[np.bool_]:
 
 
 def _force(axes: Axes, run: _Drawn) -> None:
-    result, sign = run.result, np.sign(run.result["demand"])
-    available = np.where(sign == 0.0, np.nan, sign) * result["available_force"]
+    result, way = run.result, _way(run.result)
+    available = np.where(way == 0.0, np.nan, way) * result["available_force"]
     axes.plot(run.at, 1e-3 * available, color=paint.ink, lw=1.2, ls=DOTTED)
     by_branch(axes, run, 1e-3 * result["creep_force"])
     _from_zero(axes)
     axes.set_ylabel("creep force  [kN]")
+
+
+def _way(result: Result) -> FloatArray:
+    """Sign with which a demand acts: a brake also acts forward, on what stands or rolls back."""
+    demand, torque, way = result["demand"], result["drive_torque"], np.sign(result["demand"])
+    held = (demand < 0.0) & (result["speed"] < STOPPED)
+    for rows in np.split(np.arange(held.size), np.flatnonzero(np.diff(held)) + 1):
+        if held[rows[0]] and torque[rows].mean() > -HELD * demand[rows].mean():
+            way[rows] = 1.0
+    return way
 
 
 def _creepage(axes: Axes, run: _Drawn) -> None:
@@ -311,23 +352,25 @@ def _creepage(axes: Axes, run: _Drawn) -> None:
 
 
 def _torque(axes: Axes, run: _Drawn) -> None:
-    axes.plot(run.at, 1e-3 * run.result["demand"], color=paint.ink, lw=1.2, ls=DOTTED)
+    demand = _way(run.result) * np.abs(run.result["demand"])
+    axes.plot(run.at, 1e-3 * demand, color=paint.ink, lw=1.2, ls=DOTTED)
     by_branch(axes, run, 1e-3 * run.result["drive_torque"])
     _from_zero(axes)
     axes.set_ylabel("drive torque  [kN m]")
 
 
 def _speed(axes: Axes, run: _Drawn) -> None:
-    (rim, top), speed = _rim_and_top(run.result), run.result["speed"]
+    (rim, top), speed, per = _rim_and_top(run.result), run.result["speed"], run.units.per_speed
+    rim, top, speed = per * rim, per * top, per * speed
     axes.plot(run.at, rim, color=paint.orange, lw=0.9, label="wheel rim")
     axes.plot(run.at, speed, color=paint.ink, lw=1.3, label="vehicle")
     if "speed_limit" in run.result.units:
-        limit = run.result["speed_limit"]
+        limit = per * run.result["speed_limit"]
         axes.plot(run.at, limit, color=paint.grey, lw=0.8, label="limit", scaley=False)
     if rim.max() > top > 0.0:
         axes.set_ylim(min(0.0, 1.05 * float(speed.min())), top)
-        _leaves(axes, run, rim > top, f"rim: up to {rim.max():.0f} m/s")
-    labelled(axes, y="speed  [m/s]", legend={"loc": "best"})
+        _leaves(axes, run, rim > top, f"rim: up to {rim.max():.0f} {run.units.speed}")
+    axes.set_ylabel(f"speed  [{run.units.speed}]")
 
 
 def _trim_creepage(row: list[Axes], runs: Sequence[_Drawn]) -> None:
@@ -338,7 +381,7 @@ def _trim_creepage(row: list[Axes], runs: Sequence[_Drawn]) -> None:
         return
     row[0].set_ylim(top=100.0 * MAX_CREEPAGE)
     for axes, run, creepage, highest in zip(row, runs, creepages, largest, strict=True):
-        if highest > MAX_CREEPAGE:
+        if highest > 1.01 * MAX_CREEPAGE:
             _leaves(axes, run, creepage > MAX_CREEPAGE, f"up to {100.0 * highest:.0f} %")
 
 
@@ -389,15 +432,29 @@ def _friction_varies(results: Sequence[Result]) -> bool:
 
 def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
     """Draw the factors on friction and slope, on one scale for all runs."""
-    top, factors = 1.0, _factors([run.result for run in runs])
+    factors = _factors([run.result for run in runs])
+    one = top = runs[0].units.friction if len(factors) == 1 else 1.0  # a slope has a factor only
     for number, (axes, run) in enumerate(zip(row, runs, strict=True)):
-        lines = [(look, values[number]) for _, look, values in factors]
+        lines = [(look, one * values[number]) for _, look, values in factors]
         friction = [run.result[f"friction_scale_{side}"] for side in ("left", "right")]
-        axes.fill_between(run.at, 0.0, np.minimum(*friction), color=paint.shade, lw=0.0)
+        lowest = one * np.minimum(*friction)
+        axes.fill_between(run.at, 0.0, lowest, color=paint.shade, lw=0.0)
         for look, values in lines:
             axes.plot(run.at, values, **look)
         top = max(top, *(float(values.max()) for _, values in lines))
-    row[0].set(ylim=(0.0, 1.1 * top), ylabel="friction\nfactor  [1]")
+        _number_plateaus(axes, run.at, lowest)
+    what = "factor" if one == 1.0 else "$f_d$"
+    row[0].set(ylim=(0.0, 1.45 * top), ylabel=f"friction\n{what}  [1]")
+
+
+def _number_plateaus(axes: Axes, at: FloatArray, values: FloatArray) -> None:
+    """Write the value of a band above it where it is even for the length of the number."""
+    levels = np.round(values / (EVEN * (values.max() or 1.0)))
+    for rows in np.split(np.arange(at.size), np.flatnonzero(np.diff(levels)) + 1):
+        begin, end, value = at[rows[0]], at[rows[-1]], float(np.median(values[rows]))
+        if abs(end - begin) > WRITTEN * len(text := f"{value:.3g}") * np.ptp(at):
+            place = 0.5 * (begin + end), float(values[rows].max())
+            note(axes, text, place, (0, 2), ha="center", fontsize=sized(7.5))
 
 
 def keys() -> list[Line2D]:
@@ -409,11 +466,9 @@ def keys() -> list[Line2D]:
     ]
 
 
-def _legend(
-    figure: Figure, runs: Sequence[_Drawn], caption: str, given: Sequence[Line2D] = ()
-) -> None:
-    """Caption under the figure, and a key to the lines below it: the usual ones or those given."""
-    handles: list[Any] = list(given or keys())
+def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str, given: Sequence[Line2D]) -> None:
+    """Caption under the figure, and a key to the lines below it."""
+    handles: list[Any] = list(given)
     bands = {band.get_label() for axes in figure.axes for band in axes.collections}
     for name in bands & set(map(_envelope, runs)):
         handles.append(Patch(color=paint.mixed(48), label=name))

@@ -12,10 +12,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.scenario import (
     AXES,
+    IN_SI,
+    Units,
     _drawn,
     _force,
     _friction,
@@ -42,6 +45,8 @@ from contactlib.runs.result import Result
 from contactlib.runs.vehicle_runs import TOTALS, VehicleResult
 from contactlib.vehicle.wheelset import Wheelset
 
+AT_THE_END = "at the end, or before standstill"
+CELLS, JUMP = 50.0, 0.12  # cells of each axis; part of it that one row of a path may pass [1]
 LARGEST = ("creepage", "creepage_left", "creepage_right", "slip_velocity")  # of a whole vehicle
 
 
@@ -53,6 +58,7 @@ def vehicle_run(
     caption: str,
     over: str = "time",
     minimum_speed: float = 0.0,
+    units: Units = IN_SI,
 ) -> Figure:
     """Force, load, torque, speed and friction of a vehicle: a column for each axle, common axes.
 
@@ -69,8 +75,10 @@ def vehicle_run(
         point of their axes.
     minimum_speed : float, optional
         Lowest speed at which a creepage is drawn [m/s].
+    units : Units, optional
+        Units of speeds and friction.
     """
-    runs = _drawn(result.axles, over, minimum_speed)
+    runs = _drawn(result.axles, over, minimum_speed, units)
     varies = _friction_varies(result.axles)
     with styled():
         figure, grid = _columns(len(runs), 8.4 + varies, **_rows(4, varies))
@@ -82,8 +90,7 @@ def vehicle_run(
             column[1].set_ylabel("axle load  [kN]")
             _torque(column[2], run)
             _speed(column[3], run)
-            column[3].get_legend().remove()  # the key below has its lines
-            heading = f"axle {number + 1}\n{_summary(run.result, metrics[number])}"
+            heading = f"axle {number + 1}\n{_summary(run, metrics[number])}"
             column[0].set_title(heading, fontsize=sized(9))
             labelled(column[-1], AXES[over], xlim=_limits(runs, over))
             column[-1].xaxis.set_major_locator(MaxNLocator(4, steps=(1, 2, 5, 10)))
@@ -108,17 +115,19 @@ def vehicle_creep_curve(
     """Creep force over load against creepage of each axle: its path through the run, and the curve.
 
     The curves are those of the rails with the highest and the lowest friction that the axle meets,
-    under the nominal load, at the highest speed there. A dot is at the end of the run. The axis of
-    the creepages is logarithmic if a wheel slips away.
+    under the nominal load, at the highest speed there. A dot is at the end of the run, or where the
+    vehicle becomes slower than the contact's minimum speed: nothing is drawn below it. A jump from
+    row to row interrupts a path, and one that often passes the same places is thin. The axis of the
+    creepages is logarithmic if a wheel slips away.
 
     Parameters
     ----------
     result, title, caption, minimum_speed
-        As for `vehicle_run`.
+        As for `vehicle_run`; the minimum speed is at least the contact's.
     wheelset : Wheelset
         Wheelset of the scenario's drivetrain.
     """
-    runs = _drawn(result.axles, "time", minimum_speed)
+    runs = _drawn(result.axles, "time", max(minimum_speed, wheelset.element.minimum_speed))
     zeta0 = wheelset.element.saturation_creepage
     creepages = np.abs([run.creepage for run in runs])
     largest = float(np.fmax.reduce(creepages, axis=None, initial=0.0))  # nan does not count
@@ -134,15 +143,31 @@ def vehicle_creep_curve(
                 axes.plot(zeta, curve, **grey)
             ratio = run.result["creep_force"] / np.maximum(run.result["normal_load"], 1.0)
             at, path = np.abs(run.creepage), np.sign(run.creepage) * ratio
-            by_stability(axes, at, path, run.result["falling_branch"] == 0.0, lw=1.4)
-            axes.plot(at[-1:], path[-1:], **end)
+            last = np.flatnonzero(np.isfinite(at))[-1:]
+            across = np.log(np.maximum(at, near) / near) / np.log(far / near) if wide else at / far
+            smooth, width = _drawn_path(np.stack([across, path / np.abs(ratio).max(initial=1e-9)]))
+            rises = run.result["falling_branch"] == 0.0
+            by_stability(axes, at, np.where(smooth, path, np.nan), rises, lw=width)
+            axes.plot(at[last], path[last], **end)
             labelled(axes, "creepage", title=f"axle {number + 1}", log="x" * wide, steps=(1.0,))
             axes.set(xlim=(near, far))
         labelled(grid[0, 0], y="traction coefficient", ylim=(0.0, None))
         met = Line2D([], [], label="steady, on the best and the worst rails met", **grey)
-        _legend(figure, (), caption, (*keys()[:2], met, Line2D([], [], label="at the end", **end)))
+        _legend(figure, (), caption, (*keys()[:2], met, Line2D([], [], label=AT_THE_END, **end)))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
+
+
+def _drawn_path(places: FloatArray) -> tuple[NDArray[np.bool_], float]:
+    """Rows of a path that its rows resolve, and the width of its line, which passes make thinner.
+
+    `places` are those across and up, from 0 to 1.
+    """
+    steps = np.abs(np.diff(places, axis=1, prepend=places[:, :1]))
+    cells = np.floor(CELLS * places[:, np.isfinite(places[0])])
+    entries = np.count_nonzero(np.diff(cells, axis=1).any(axis=0))
+    again = entries / max(np.unique(cells, axis=1).shape[1], 1)
+    return np.asarray((steps <= JUMP).all(axis=0)), 1.4 / min(max(again, 1.0), 10.0) ** 0.5
 
 
 def _best_and_worst(wheelset: Wheelset, result: Result, zeta: FloatArray) -> Iterator[FloatArray]:
@@ -164,6 +189,7 @@ def vehicle_comparison(
     caption: str,
     over: str = "time",
     minimum_speed: float = 0.0,
+    units: Units = IN_SI,
 ) -> Figure:
     """Total force and torque, largest creepage, lowest friction: a column for each controller.
 
@@ -173,7 +199,7 @@ def vehicle_comparison(
         Results of `contactlib.runs.run_vehicle` by name.
     metrics : mapping
         `contactlib.runs.vehicle_metrics` of each.
-    title, caption, over, minimum_speed
+    title, caption, over, minimum_speed, units
         As for `vehicle_run`; the distance is that of the first axle.
     """
     whole = {name: _whole(result) for name, result in results.items()}
@@ -185,6 +211,7 @@ def vehicle_comparison(
         caption=f"{note} {caption}",
         over=over,
         minimum_speed=minimum_speed,
+        units=units,
     )
 
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal
 
 from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
 from contactlib.base.text import known_names
-from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.base.units import STANDARD_GRAVITY, unit_value
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import LOAD_RATIO, BuildCache, build_model, read_model
 from contactlib.files.rail_conditions import (
@@ -220,6 +220,8 @@ class Scenario(Parameters):
         Controllers, or designs of them, by name in the order of the file. A continuous one applies
         its torque to the wheels directly and uses their true state, so it needs a scenario without
         axle, motor, brake, track and wheel load, and with a constant held speed.
+    speed_unit : str
+        Unit in which the file gives the speed at the start, "m/s" or "km/h", and figures show all.
 
     Raises
     ------
@@ -247,6 +249,7 @@ class Scenario(Parameters):
     start: Literal["applied", "released"] = "applied"
     sensors: Sensors
     controllers: Mapping[str, Controller | ContinuousController | ControllerDesign]
+    speed_unit: str = "m/s"
     _designed: Mapping[str, Controller | ContinuousController] = field(
         init=False, repr=False, compare=False, default_factory=dict
     )
@@ -391,7 +394,9 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "sensors": Sensors,
 }
 SECTIONS: Mapping[str, Keys] = {
-    "run": optional(without(declared(Scenario), "name", "source"), "initial_speed", "design_speed"),
+    "run": optional(
+        without(declared(Scenario), "name", "source", "speed_unit"), "initial_speed", "design_speed"
+    ),
     **{name: declared(make) for name, make in MADE.items()},
     "track": {**declared(Track.from_breakpoints), **declared(TrackConditions)},
 }
@@ -579,12 +584,15 @@ def build_scenario(
             f"demand = {first:g} N.m at 0 s: the run begins with the brake filled; for a stop that "
             'begins with the demand, run.start = "released"',
         )
+    given = data["run"].get("initial_speed") or data.get("held_speed", {}).get("speed", [0.0])[0]
+    unit = unit_value(str(given).lstrip("+-.0123456789eE "), "m/s")
     return Scenario(
         name=data["name"],
         source=data["source"],
         drivetrain=drivetrain,
         held_speed=held_speed,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
+        speed_unit="km/h" if unit == unit_value("km/h", "m/s") else "m/s",
         **{key: made[key] for key in ("vehicle", "track", "wheel_load", "demand", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,9 +18,9 @@ from numpy.testing import assert_allclose
 
 import contactlib as cl
 from contactlib.cli.report import track_text
-from contactlib.figures import comparison, run_name, scenario_run
+from contactlib.figures import Units, comparison, run_name, scenario_run
 from contactlib.figures.style import drivetrain_setting, setting
-from contactlib.runs import Metrics
+from contactlib.runs import Metrics, VehicleMetrics
 from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 
 CAPTION = "$J$ 250 kg m$^2$, $r$ 0.5 m. Sensors: delay 10 ms."
@@ -174,6 +175,61 @@ def made_up(wet: cl.Scenario, time: np.ndarray, **given: np.ndarray) -> cl.Resul
     return cl.Result(time, MappingProxyType(signals), MappingProxyType(dict(names.units)))
 
 
+def test_axes_have_the_units_of_the_file(wet: cl.Scenario) -> None:
+    coach = cl.load_scenario("coach_braking.toml")
+    assert (coach.speed_unit, coach.track.unit, wet.speed_unit) == ("km/h", "coefficient", "m/s")
+    time = np.linspace(0.0, 10.0, 101)
+    factor = np.where(time < 4.0, 0.25, 1.0)
+    sides = {f"friction_scale_{side}": factor for side in ("left", "right")}
+    run = made_up(wet, time, speed=20.0 - time, slip_velocity=50.0 * (time == 5.0), **sides)
+    metrics = cl.metrics(run, wet.drivetrain)
+    figure = scenario_run(run, metrics, title="", caption="", units=Units("km/h", 3.6, 0.3))
+    *_, speed, friction = figure.axes
+    assert speed.get_ylabel() == "speed  [km/h]"
+    assert_allclose(checks.lines(speed, "vehicle")[1], 3.6 * run["speed"])
+    assert [text.get_text() for text in speed.texts] == ["rim: up to 234 km/h"]
+    assert_allclose(np.asarray(friction.lines[0].get_ydata()), 0.3 * factor)
+    assert [text.get_text() for text in friction.texts] == ["0.075", "0.3"]
+
+
+def test_a_brake_acts_on_what_stands_or_rolls_back(wet: cl.Scenario) -> None:
+    """Its demand, which is negative, is drawn on the side on which it acts; a motor's as it is."""
+    time = np.linspace(0.0, 9.0, 901)
+    motor = time >= 6.0
+    run = made_up(
+        wet,
+        time,
+        speed=np.select([time < 3.0, time < 6.0], [0.0, -1.0], 10.0),
+        demand=np.full_like(time, -2e4),
+        drive_torque=np.where(motor, -2e4, 1e4),
+        creep_force=np.where(motor, -4e4, 2e4),
+        available_force=np.full_like(time, 5e4),
+    )
+    metrics = {name: cl.metrics(run, wet.drivetrain) for name in "ab"}
+    figure = comparison({"a": run, "b": run}, metrics, title="", caption="")
+    force, _, torque, speed = np.array(figure.axes).reshape(4, 2)[:, 0]
+    for axes, size in ((force, 50.0), (torque, 20.0)):
+        assert_allclose(np.asarray(axes.lines[0].get_ydata()), np.where(motor, -size, size))
+    assert_allclose(checks.lines(speed, "vehicle")[1], run["speed"])  # it rolls back
+    assert not any(axes.get_legend() for axes in figure.axes)
+    assert {"wheel rim", "vehicle"} < {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+def test_a_heading_says_where_a_stop_is_counted_from(wet: cl.Scenario) -> None:
+    time = np.linspace(0.0, 12.0, 1201)
+    for last, text in (
+        (0.0, "stops 61 m from the demand,\n70 m from the start"),
+        (2.0, "does not stop within 12 s"),
+    ):
+        speed = np.maximum(10.0 - np.maximum(time - 2.0, 0.0), last)
+        braking = {name: np.full_like(time, -1e4) for name in ("demand", "creep_force")}
+        run = made_up(wet, time, speed=speed, **braking)
+        whole = VehicleMetrics(*[math.nan] * len(VehicleMetrics._fields))
+        whole = whole._replace(distance=70.0, stopping_distance=61.0, slip_work=0.0)
+        axes = comparison({"a": run}, {"a": whole}, title="", caption="").axes[0]
+        assert axes.get_title("left").endswith(f"slip work 0 J\n{text}")
+
+
 @pytest.mark.parametrize("over", ["time", "distance"])
 def test_a_vibration_is_its_envelope_and_a_slow_cycle_a_line(wet: cl.Scenario, over: str) -> None:
     time = np.linspace(0.0, 10.0, 20001)
@@ -310,7 +366,7 @@ def test_a_stop_shows_speeds_and_its_distance() -> None:
         _, rim, _ = checks.lines(axes, "wheel rim")
         assert_allclose(rim, run["speed"] + run["slip_velocity"])
         title = figure.axes[list(stops).index(name)].get_title("left")
-        assert f"stops at {run['distance'][-1]:.0f} m" in title
+        assert title.endswith(f"stops {run['distance'][-1]:.0f} m from the start")
     checks.check_layout(figure)
 
 

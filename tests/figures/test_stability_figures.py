@@ -439,7 +439,7 @@ def test_a_legend_of_limit_cycles_names_only_what_is_drawn(rig: cl.Model) -> Non
         assert all(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any() for line in named)
         labels = [line.get_label() for line in named]
         assert ("unstable" in labels) == (speed < 150.0)
-        bistable = [patch.get_label() == "bistable" for patch in axes.patches]
+        bistable = [str(patch.get_label()).startswith("bistable, ") for patch in axes.patches]
         assert any(bistable) == (speed < 100.0)
         assert len(set(labels)) == len(labels)
 

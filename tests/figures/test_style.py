@@ -24,6 +24,7 @@ from plain_scenario import controls
 import contactlib as cl
 from contactlib import figures
 from contactlib.figures import PAPER_FIGURES, STABILITY_FIGURES
+from contactlib.figures.files import clear_legends
 from contactlib.figures.style import add_caption, new_figure, styled
 
 
@@ -278,3 +279,17 @@ def test_a_sweep_s_maps_have_the_formats_that_are_requested(tmp_path: Path) -> N
         tmp_path / "critical_torque.pdf",
         tmp_path / "critical_torque.eps",
     ]
+
+
+def test_a_legend_keeps_off_the_lines() -> None:
+    """It moves to a corner that no line passes."""
+    figure, axes = new_figure(4.0, 3.0)
+    axes.plot([0.0, 1.0, 1.0], [1.0, 1.0, 0.0], label="over and down on the right")
+    legend = axes.legend(loc="upper right")
+    clear_legends(figure)
+    figure.draw_without_rendering()
+    box = legend.get_window_extent()
+    (path,) = (line.get_transform().transform_path(line.get_path()) for line in axes.lines)
+    assert not path.intersects_bbox(box, filled=False)
+    assert axes.bbox.containsx(box.x1)
+    assert axes.bbox.containsy(box.y0)

@@ -128,6 +128,29 @@ def test_creepages_of_a_wheel_that_slips_away_are_logarithmic(run: VehicleResult
         assert axes.get_xlim()[1] == pytest.approx(6.0)
 
 
+def test_a_path_is_drawn_where_it_can_be_read(run: VehicleResult) -> None:
+    """Down to the contact's minimum speed, without jumps from row to row, thin where it repeats."""
+    wheelset = scenario().drivetrain.wheelset
+    slow = np.interp(run.time, (0.0, 5.0, 6.0), (1.0, 1.0, 0.0))
+    ones = {"speed": slow, "falling_branch": np.zeros_like(slow), "normal_load": 0.0 * slow + 1e5}
+    once, often = (0.01 * (0.5 - 0.5 * np.cos(k * np.pi * run.time / 6.0)) for k in (1, 60))
+    jumps = np.where(run.time < 2.0, once, 0.019 + 0.0 * once)
+    paths = {}
+    for number, zeta in enumerate((once, often, jumps), start=1):
+        force = {"creepage": zeta, "slip_velocity": zeta * slow, "creep_force": 2e6 * zeta}
+        run = changed(run, number, **ones, **force)
+    figure = vehicle_creep_curve(run, wheelset, title="", caption="")
+    for number, axes in enumerate(figure.axes[:3], start=1):
+        *_, path, _, end = axes.lines
+        paths[number], x = path, np.asarray(path.get_xdata(), float)
+        last = np.flatnonzero(slow >= wheelset.element.minimum_speed)[-1]
+        assert np.isnan(x[last + 1 :]).all()
+        assert checks.place(end)[0] == x[last]
+    drawn_rows = [np.isfinite(np.asarray(p.get_ydata(), float)).sum() for p in paths.values()]
+    assert drawn_rows[2] == drawn_rows[0] - 1  # the row after the jump
+    assert paths[2].get_linewidth() < 0.5 * paths[1].get_linewidth()
+
+
 @pytest.mark.slow
 def test_whole_vehicles_are_compared_by_sums_and_extremes(
     run: VehicleResult, tmp_path: Path

@@ -21,6 +21,7 @@ from contactlib.figures.style import (
     new_figure,
     note,
     paint,
+    percent,
     setting,
     styled,
 )
@@ -155,7 +156,8 @@ def _amplitudes(
     means = _means(drivetrain, speed, steepest, far, both)
     if both is not None:
         shaded: dict[str, Any] = {"facecolor": paint.shade, "hatch": "//", "lw": 0.0, "zorder": 0}
-        axes.axvspan(both[0], min(both[1], far), label="bistable", **shaded)
+        text = f"bistable, {percent(both[0])} to {percent(min(both[1], far))}"
+        axes.axvspan(both[0], min(both[1], far), label=text, **shaded)
     states = [
         torsional_state(drivetrain, wheelset.balanced(creepage=float(z), speed=speed))
         for z in means
