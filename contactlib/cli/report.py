@@ -9,12 +9,16 @@ from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 from contactlib import figures
 from contactlib.base.text import fixed_width
+from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
 from contactlib.figures import drivetrain_setting, run_name
 from contactlib.files.scenario import Scenario
 from contactlib.runs.outcomes import (
+    MAX_SPEED_ERROR,
     OUTCOMES,
     Metrics,
     comparison_table,
@@ -31,6 +35,7 @@ from contactlib.stability import (
     worst_pole,
 )
 from contactlib.stability.poles import STEADY_ROLLING
+from contactlib.traction import OpenLoop
 from contactlib.vehicle.continuous_control import ContinuousController
 
 if TYPE_CHECKING:
@@ -112,7 +117,11 @@ def write_report(
             with reporter.step(f"{scenario.name}: the same on even rails") as progress:
                 even = run_vehicle(scenario.on_even_rails, name, progress=progress)
             all_metrics[name] = vehicle_metrics(results[name], drivetrain, even=even)
-    reporter.line(comparison_table(all_metrics))
+    reporter.line(comparison_table(all_metrics, within=f"{scenario.duration:g} s"))
+    for name in by_axle:
+        error = all_metrics[name].speed_error
+        for line in doubt_of_speed(scenario, name, results[name], error):
+            reporter.line(line)
     for name, axles in by_axle.items():
         reporter.line(f"\nAxles under {name}:")
         reporter.line(comparison_table({f"axle {i}": one for i, one in axles.items()}))
@@ -131,6 +140,18 @@ def write_report(
     return all_metrics
 
 
+def doubt_of_speed(scenario: Scenario, name: str, result: VehicleResult, error: float) -> list[str]:
+    """Line on a run whose controllers get a speed that errs too much [m/s]; none for others."""
+    highest = float(np.abs(result["speed"]).max())
+    if isinstance(scenario.any_controller(name), OpenLoop) or error <= MAX_SPEED_ERROR * highest:
+        return []
+    return [
+        f"{name}: the speed that its controllers get is off by up to {error:.3g} m/s, "
+        f"{error / highest:.0%} of the highest one, above {MAX_SPEED_ERROR:.0%}: its outcomes hold "
+        "for that estimate only"
+    ]
+
+
 def _by_axle(result: VehicleResult, drivetrain: Drivetrain) -> dict[str, Metrics]:
     """Metrics of the axles by number; their energy closes only in sum."""
     every = (metrics(axle, drivetrain) for axle in result.axles)
@@ -147,9 +168,15 @@ def _drawn(
     """Figures of the runs by name of their files."""
     texts = vehicle_text(scenario) + drivetrain_setting(scenario.drivetrain), track_text(scenario)
     wheelset = scenario.drivetrain.wheelset
+    caption = " ".join(text for text in (*texts, sensors_text(scenario)) if text)
+    unit, kinetic = scenario.speed_unit, wheelset.element.friction.kinetic
+    coefficients = scenario.track.unit == "coefficient"
     look: dict[str, Any] = {
-        "caption": " ".join(text for text in (*texts, sensors_text(scenario)) if text),
+        "caption": caption,
         "minimum_speed": wheelset.element.minimum_speed,
+        "units": figures.Units(
+            unit, 1.0 / in_si(f"1 {unit}", "m/s"), kinetic if coefficients else 1.0
+        ),
     }
     drawn = {}
     for name, result in results.items():
@@ -157,7 +184,7 @@ def _drawn(
         if name in by_axle:
             every = list(by_axle[name].values())
             drawn[name] = figures.vehicle_run(result, every, title=title, over=over, **look)
-            curve = figures.vehicle_creep_curve(result, wheelset, title=title, **look)
+            curve = figures.vehicle_creep_curve(result, wheelset, title=title, caption=caption)
             drawn[f"{name}.creep_curve"] = curve
         else:
             one = all_metrics[name]

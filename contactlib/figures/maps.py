@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.stats import spearmanr
 
 from contactlib.base.quantities import FloatArray
@@ -42,7 +42,7 @@ from contactlib.figures.style import (
     wrapped,
 )
 from contactlib.runs.analysis import MARGIN, SWEEP_OUTCOMES
-from contactlib.runs.outcomes import Outcome
+from contactlib.runs.outcomes import MISJUDGED, Outcome
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -52,6 +52,7 @@ __all__ = ["draw_maps", "map_figure"]
 Handles = dict[str, Artist]  # of the legend, by their text
 
 CONTROLLER, RUN, FAILED = "controller", "run", "failed"
+OFF = SWEEP_OUTCOMES[MISJUDGED].yes_or_no[0]  # type: ignore[index]
 FEW = 4  # a parameter with fewer values gives lines or panels, not an axis of a map
 PANELS = 3  # maximum number of values of a parameter that has a panel for each
 WIDE = 30.0  # largest / smallest value above which a scale is logarithmic
@@ -125,7 +126,8 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     Returns
     -------
     Figure
-        Infinite outcomes, outcomes without a value and failed runs have marks of their own. Of
+        Infinite outcomes, outcomes without a value, failed runs and those whose controllers get
+        a speed that is off by more than 5 % have marks of their own. Of
         more than three parameters the others have their middle value, which the caption names.
 
     Raises
@@ -170,7 +172,7 @@ def _sentences(*texts: str) -> str:
 def _readable(dataset: Dataset, outcome: str) -> Dataset:
     """The outcome and what belongs to it, in units in which numbers are short, with labels."""
     dims = set(dataset[outcome].dims)
-    beside = [name for name in (MARGIN, FAILED) if name in dataset]
+    beside = [name for name in (MARGIN, FAILED, MISJUDGED) if name in dataset]
     data = dataset[[outcome, *(name for name in beside if set(dataset[name].dims) <= dims)]]
     data = data.assign(
         {FAILED: data[FAILED] > 0 if FAILED in data else data[outcome].isnull() & False}
@@ -243,14 +245,14 @@ def _grid_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure, H
     every = [str(name) for name in data[outcome].dims if name != CONTROLLER]
     data = data.sortby(every)
     names = [name for name in every if _has_effect(data, name)] or every[:1]
-    names.sort(key=lambda name: data.sizes[name] < FEW)
+    names.sort(key=lambda name: (_is_seed(data[name]), data.sizes[name] < FEW))
     fixed = [name for name in every if name not in names[:3]]
     data = data.isel({name: data.sizes[name] // 2 for name in fixed})
     for name in names[2:3]:
         some = np.linspace(0, data.sizes[name] - 1, min(data.sizes[name], PANELS))
         data = data.isel({name: some.round().astype(int)})
     controllers = [CONTROLLER] if CONTROLLER in data[outcome].dims else []
-    is_map = len(names) > 1 and data.sizes[names[1]] >= FEW
+    is_map = len(names) > 1 and data.sizes[names[1]] >= FEW and not _is_seed(data[names[1]])
     apart = names[2:3] + (controllers if names[1:] else [])
     sizes = [data.sizes[name] for name in apart]
     parts = [data.isel(dict(zip(apart, at, strict=True))) for at in np.ndindex(*sizes)]
@@ -289,6 +291,18 @@ def _grid_figure(data: Dataset, outcome: str, means: Outcome) -> tuple[Figure, H
     return figure, handles, " ".join(filter(None, notes))
 
 
+def _misjudged(part: Dataset, outcome: str) -> NDArray[np.bool_]:
+    """Where the controllers get a speed that is so far off that an outcome is in doubt."""
+    known = MISJUDGED in part and outcome != MISJUDGED
+    return np.asarray(part[MISJUDGED].values == 1.0) if known else np.array(False)
+
+
+def _is_seed(coordinate: DataArray) -> bool:
+    """Whether values are seeds: they have no order, and nothing lies between them."""
+    known = f"{coordinate.name} {coordinate.attrs.get('long_name', '')}"
+    return "seed" in known.replace("_", " ").split()
+
+
 def _has_effect(data: Dataset, name: str) -> bool:
     """Whether anything varies along an axis."""
     first = data.isel({name: 0}, drop=True)
@@ -305,14 +319,21 @@ def _lines(
     number.plot.line(ax=axes, x=x, hue=name, add_legend=False)
     cases = [part] if name is None else [part.isel({name: i}) for i in range(part.sizes[name])]
     handles: Handles = {}
+    seeds = name is not None and _is_seed(part[name])
     for line, case in zip(list(axes.lines), cases, strict=True):
-        if name is not None:
+        if seeds or _is_seed(part[x]):
+            line.set(linestyle="none", marker="o")
+        if seeds:  # draws of one distribution look the same
+            line.set(color=paint.blue, markersize=4.5, alpha=0.6, label="one seed each")
+            handles["one seed each"] = line
+        elif name is not None:
             line.set_label(_at(case[name]))
             handles[_at(case[name])] = line
         if means.yes_or_no:
             line.set_drawstyle("steps-mid")
         for text, where, marker, edge in (
             (means.infinite, np.isinf(case[outcome].values), 6, 1.0),
+            (means.missing, case[outcome].isnull().values & ~case[FAILED].values, 7, 0.0),
             ("failed", case[FAILED].values, "x", 0.0),
         ):
             if where.any():  # marks at the edge of the axes
@@ -321,6 +342,12 @@ def _lines(
                 look |= {"transform": axes.get_xaxis_transform(), "clip_on": False}
                 at = case[x].values[where]
                 axes.plot(at, np.full(at.size, edge), color=line.get_color(), **look)
+        if (off := _misjudged(case, outcome)).any():
+            rings: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 9, "mfc": "none"}
+            axes.plot(case[x].values[off], case[outcome].values[off], color=paint.ink, **rings)
+            handles[OFF] = Line2D([], [], color=paint.ink, label=OFF, **rings)
+    if _is_seed(part[x]):
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if means.yes_or_no:
         axes.set_yticks([1.0, 0.0], means.yes_or_no)
     elif _wide(_finite(values)):
@@ -376,6 +403,11 @@ def _map(
             marked = np.ma.masked_where(~where, where)
             axes.pcolor(*edges, marked, cmap=ListedColormap([face]), hatch=hatch, ec="black", lw=0)
             handles[text] = Patch(fc=face, ec="black", lw=0.6, hatch=hatch, label=text)
+    if (off := _misjudged(part.transpose(y, x, ...), outcome)).any():
+        at: tuple[Any, ...] = np.broadcast_arrays(part[x].values, part[y].values[:, np.newaxis])
+        crosses: dict[str, Any] = {"ls": "none", "marker": "X", "mfc": "white", "mec": "black"}
+        axes.plot(at[0][off], at[1][off], ms=5, mew=0.7, **crosses)
+        handles[OFF] = Line2D([], [], label=OFF, **crosses)
     borders: list[tuple[DataArray, str, Any]] = [(values, means.border, DASHED)]
     if MARGIN in part:
         borders.append((part[MARGIN].transpose(y, x), SWEEP_OUTCOMES[MARGIN].border, "-"))
@@ -470,7 +502,8 @@ def _summary(group: Dataset, outcome: str, means: Outcome, quantiles: FloatArray
     text = f"{name}{middle} ({low} to {high}){'' if unit == '1' else f' {unit}'}"
     infinite = float(np.isinf(group[outcome]).sum() / group[outcome].count())
     text += f"; {100.0 * infinite:.3g} %: {means.infinite}" if infinite else ""
-    failed = int(group[FAILED].sum())
+    off, failed = int(_misjudged(group, outcome).sum()), int(group[FAILED].sum())
+    text += f"; {off}: {OFF}" if off else ""
     return text + (f"; {failed} failed" if failed else "")
 
 

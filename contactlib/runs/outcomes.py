@@ -40,6 +40,11 @@ from contactlib.runs.result import WORKS, Result
 from contactlib.runs.vehicle_runs import VehicleResult
 from contactlib.vehicle.drivetrain import Drivetrain
 
+MISJUDGED = "speed_misjudged"
+# Largest error of the speed that controllers get / highest speed [1]: at this slip wheel-slide
+# protection releases by default, so beyond it a wheel that rolls passes for one that slides.
+MAX_SPEED_ERROR = 0.05
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -159,6 +164,14 @@ def _speed_error(v: Vehicles) -> Accumulator:
     return Extremes(error)
 
 
+def _misjudged(v: Vehicles) -> Accumulator:
+    def exceeds(error: Extremes, speed: Extremes) -> FloatArray:
+        found = error.value()
+        return np.where(np.isnan(found), np.nan, found > MAX_SPEED_ERROR * speed.value())
+
+    return Together(exceeds, _speed_error(v), Extremes(lambda rows: np.abs(v.first(rows["speed"]))))
+
+
 def _utilisation(vehicles: Vehicles) -> Accumulator:
     return Together(
         _totals(vehicles),
@@ -249,6 +262,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "force used / force that could be transmitted, while there is a demand",
             _utilisation,
             percent=True,
+            missing="no demand",
         ),
         "limited_utilisation": Outcome(
             "1",
@@ -281,6 +295,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "m/s3",
             "largest change of the vehicle's acceleration",
             lambda v: Together(lambda jerk: v.first(jerk.value()), Jerk(v)),
+            missing="speed is held",
         ),
         "torsional_peak": Outcome(
             "N.m",
@@ -313,7 +328,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "m",
             "distance from the first demand of braking to standstill",
             Stop,
-            missing="does not stop",
+            missing="does not stop within the run",
         ),
         "stopping_extension": Outcome(
             "1",
@@ -321,13 +336,20 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             Stop,
             extends="stopping_distance",
             percent=True,
-            missing="does not stop",
+            missing="does not stop within the run",
         ),
         "speed_error": Outcome(
             "m/s",
             "largest error of the vehicle speed that the controllers get",
             _speed_error,
             missing="single wheelset",
+        ),
+        MISJUDGED: Outcome(
+            "1",
+            f"whether that error exceeds {MAX_SPEED_ERROR:.0%} of the vehicle's highest speed",
+            _misjudged,
+            missing="single wheelset",
+            yes_or_no=(f"speed estimate off by > {100.0 * MAX_SPEED_ERROR:g} %", "within that"),
         ),
         "overspeed": Outcome(
             "m/s",
@@ -520,8 +542,12 @@ def _numbers(rows: Rows, names: Sequence[str], vehicles: Vehicles) -> dict[str, 
     return {name: float(accumulator.value()[0]) for name, accumulator in observers.items()}
 
 
-def comparison_table(metrics: Mapping[str, Metrics | VehicleMetrics]) -> str:
+def comparison_table(
+    metrics: Mapping[str, Metrics | VehicleMetrics], *, within: str = "the run"
+) -> str:
     """Format metrics as text: a line for each metric, a column for each run, all of one kind.
+
+    A line for each metric without a value says why: a stop does not end `within` the run.
 
     Examples
     --------
@@ -539,11 +565,14 @@ def comparison_table(metrics: Mapping[str, Metrics | VehicleMetrics]) -> str:
     torsional peak        N.m       -          -
     distance              m       120        120
     energy defect         1     1e-09      1e-09
+    - torsional peak: rigid axle
     """
     rows = [["metric", "unit", *metrics]]
     for name, *values in zip(_fields(metrics), *metrics.values(), strict=True):
         rows.append([name.replace("_", " "), OUTCOMES[name].unit, *map(_shown, values)])
-    return fixed_width(rows)
+    lacking = [name for name, _, *row in rows if "-" in row]
+    why = (f"\n- {name}: {OUTCOMES[name.replace(' ', '_')].missing}" for name in lacking)
+    return fixed_width(rows) + "".join(why).replace("the run", within)
 
 
 def write_comparison(

@@ -6,15 +6,10 @@ import { colour, type Colour } from "./theme";
 
 const USUAL = 15; // size of the page's type for which lengths on charts are given [px]
 
-/** Times the usual size of the page's type, which grows with the screen: so do the charts' texts. */
-export function typeScale(): number {
-  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize) / USUAL;
-}
-
-/** Size of a chart's type [px]. */
-export const typeSize = (): number => Math.round(12 * typeScale());
-
-/** Font of a size [px]. */
+/** Times the usual size of the page's type, which grows with the screen: so does that of charts. */
+export const typeScale = (): number =>
+  Number.parseFloat(getComputedStyle(document.documentElement).fontSize) / USUAL;
+export const typeSize = (): number => Math.round(12 * typeScale()); // of a chart [px]
 export const font = (size: number): string =>
   `${size}px system-ui, -apple-system, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif`;
 

@@ -25,7 +25,7 @@ from contactlib.cli import report
 from contactlib.cli.commands import main
 from contactlib.cli.report import outlook
 from contactlib.runs import run_vehicle, tuning, vehicle_metrics
-from contactlib.runs.outcomes import OUTCOMES
+from contactlib.runs.outcomes import OUTCOMES, comparison_table
 from contactlib.stability import reduced_plant
 from contactlib.traction import OpenLoop, Sensors
 from contactlib.vehicle import Axle, Drivetrain, Motor
@@ -258,6 +258,19 @@ def test_figures_may_be_drawn_over_the_distance(tmp_path: Path) -> None:
     assert "'place' is not one of 'time', 'distance'" in refused(
         "simulate", tmp_path / "short.toml", "--over", "place"
     )
+
+
+def test_a_report_says_what_a_number_hides() -> None:
+    """That a stop does not end, and that controllers got a wrong speed; an open loop gets none."""
+    coach = dataclasses.replace(cl.load_scenario("coach_braking.toml"), duration=0.7)
+    run = run_vehicle(coach, "wsp", tolerance=1e-4)
+    table = comparison_table({"wsp": vehicle_metrics(run, coach.drivetrain)}, within="0.7 s")
+    assert "- stopping distance: does not stop within 0.7 s" in table.splitlines()
+    fastest = float(run["speed"].max())
+    for share, name, doubted in ((0.049, "wsp", 0), (0.051, "wsp", 1), (0.9, "open_loop", 0)):
+        lines = report.doubt_of_speed(coach, name, run, share * fastest)
+        assert len(lines) == doubted
+        assert all(f"off by up to {share * fastest:.3g} m/s, 5% of" in line for line in lines)
 
 
 def test_one_run_has_no_comparison(tmp_path: Path) -> None:

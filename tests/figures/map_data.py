@@ -19,6 +19,7 @@ DESCRIBED = {
     "friction": ("1", "friction on the patch / friction before it"),
     "load": ("N", "axle load"),
     "length": ("m", "length of the patch"),
+    "seed": ("1", "seed of the noise"),
     "damping": ("N.m.s", "damping of the drive"),
     "inertia": ("kg.m2", "inertia of wheelset and motor"),
     "critical_torque": ("N.m", "torque at which the wheel slips away in a slow ramp"),

@@ -323,6 +323,42 @@ def test_chance_stays_in_its_band() -> None:
     assert np.mean(strengths < limit) == expected
 
 
+@pytest.mark.parametrize("axes", [{}, {"friction": FRICTION}])
+def test_seeds_are_points(axes: dict[str, Any], tmp_path: Path) -> None:
+    """Nothing lies between two seeds, and they have no order."""
+    seeds = np.arange(4.0)
+    made = grid(
+        {"clearing_time": lambda *values: 1.0 + values[0] + np.cos(7.0 * values[-1])},
+        **axes,
+        seed=seeds,
+    )
+    figure = map_figure(made, "clearing_time")
+    checks.check_saved(figure, tmp_path)
+    (panel,) = figure.axes
+    assert len(panel.lines) == (len(seeds) if axes else 1)
+    assert {(line.get_linestyle(), line.get_marker()) for line in panel.lines} == {("None", "o")}
+    assert legend_texts(figure) == (["one seed each"] if axes else [])
+    if not axes:
+        assert all(float(tick).is_integer() for tick in panel.get_xticks())
+
+
+def test_outcomes_with_a_wrong_speed_are_marked() -> None:
+    made = compared().copy()
+    off = (made["friction"] > 0.65) & (made["length"] > 50.0) & made["slip_work"].notnull()
+    made["speed_misjudged"] = off.astype(float)
+    text = "speed estimate off by > 5 %"
+    for part, marker in ((made, "X"), (made.isel(length=-1, drop=True), "o")):
+        figure = map_figure(part, "slip_work")
+        assert text in legend_texts(figure)
+        drawn = [m for axes in panels(figure) for m in checks.marks(axes, marker)]
+        found = [m for m in drawn if m.get_linestyle() == "None"]
+        counts = [np.size(np.asarray(m.get_xdata())) for m in found]
+        assert sum(counts) == int(part["speed_misjudged"].sum())
+    assert text not in legend_texts(map_figure(made, "speed_misjudged"))[2:]
+    random = sampled().assign(speed_misjudged=("run", np.arange(200.0) < 3.0))
+    assert f"; 3: {text}" in legend_texts(map_figure(random, "adhesion_utilisation"))[0]
+
+
 # ---- the user's style --------------------------------------------------------------------------
 
 

@@ -79,8 +79,9 @@ def test_a_stop_is_longer_than_on_even_rails() -> None:
     track = replace(rails, grade=cl.Profile.of(0.004), cleaning=1e-5, recovered=2.0)
     bad = replace(coach(5.5), initial_speed=2.0, track=track)
     even = replace(bad, track=cl.Track(grade=track.grade))
-    names = ["stopping_distance", "stopping_extension", "speed_error"]
+    names = ["stopping_distance", "stopping_extension", "speed_error", "speed_misjudged"]
     found = cl.run_many([bad, even], "wsp", names, index=[3, 3], step=0.005, tolerance=1e-6)
+    assert found["speed_misjudged"].tolist() == (found["speed_error"] > WITHIN * 2.0).tolist()
     stop, least = found["stopping_distance"]
     assert 1.1 * least < stop
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
@@ -96,12 +97,12 @@ def test_a_wheelset_stops_later_on_wet_rails() -> None:
     """Its speed sensor's readings are not kept."""
     track = cl.Track(friction_left=cl.Profile.of(0.4))
     wet = replace(cl.load_scenario("braking.toml"), initial_speed=2.0, duration=15.0, track=track)
-    names = ["stopping_distance", "stopping_extension", "speed_error"]
+    names = ["stopping_distance", "stopping_extension", "speed_error", "speed_misjudged"]
     found = cl.run_many([wet, replace(wet, track=cl.Track())], "threshold", names)
     stop, least = found["stopping_distance"]
     assert stop > least
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
-    assert np.isnan(found["speed_error"]).all()
+    assert np.isnan([found["speed_error"], found["speed_misjudged"]]).all()
     creeps = replace(wet, initial_speed=0.05, duration=1.2)  # counts as stopped
     at_once = cl.run_many([creeps], "threshold", names[:2])
     assert at_once["stopping_distance"] == 0.0

@@ -25,6 +25,7 @@ from contactlib.element.force_element import RangeWarning
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
 from contactlib.runs.damage import warn_of_damaged_runs
+from contactlib.runs.outcomes import MISJUDGED
 from contactlib.runs.scenario_runs import FAILED, Metric, run_many, run_scenario, run_vehicle
 from contactlib.runs.sweep.execution import (
     Workers,
@@ -35,7 +36,7 @@ from contactlib.runs.sweep.execution import (
 from contactlib.runs.sweep.loading import load_sweep, with_own
 from contactlib.runs.sweep.plan import ScenarioBuilder, Sweep
 from contactlib.runs.sweep.store import OTHERWISE, ChunkStore, another_plan
-from contactlib.traction.interface import Controller
+from contactlib.traction.interface import Controller, OpenLoop
 from contactlib.vehicle.track import OFF_MAP
 
 if TYPE_CHECKING:
@@ -87,6 +88,9 @@ def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
         driven = bool(plan.controllers) and name not in ANALYSES
         shape = (*((len(plan.controllers),) if driven else ()), *sweep.shape)
         of_all = ("controller", *dims) if driven else dims
+        for i, control in enumerate(plan.controllers) if name == MISJUDGED else ():
+            if isinstance(sweep.scenario.any_controller(control), OpenLoop):
+                results[rows][i] = 0.0  # which makes no use of the speed
         data[name] = (of_all, results[rows].reshape(shape), attributes[name])
     dataset: Dataset = xarray.Dataset(data, coords=coords, attrs=_attributes(sweep, digest))
     dataset[FAILED] = dataset[FAILED].astype(np.int8)

@@ -38,6 +38,7 @@ from contactlib.files.scenario import (
     read_controllers,
 )
 from contactlib.runs.analysis import SWEEP_OUTCOMES, of_runs
+from contactlib.runs.outcomes import MISJUDGED
 from contactlib.runs.plant import timing
 from contactlib.runs.scenario_runs import (
     DEFAULT_TOLERANCE,
@@ -176,6 +177,8 @@ def _build_sweep(
         values = draw([axis.spread for axis in axes], **sampling)
         for axis, column in zip(axes, values.T, strict=True):
             mistakes.of(axis.check, np.unique(column))
+    if scenario.vehicle is not None and of_runs(outcomes):
+        outcomes = tuple(dict.fromkeys((*outcomes, MISJUDGED)))
     plan = Plan(
         contents=contents,
         axes=axes,

@@ -102,6 +102,21 @@ def test_report_is_one_table_with_true_medians(tmp_path: Path) -> None:
     assert "6 (1, 32)" in sweeps.report(sweep, results)[-4]  # between the two in the middle
 
 
+def test_a_sweep_of_vehicles_says_where_its_controllers_misjudge_the_speed(tmp_path: Path) -> None:
+    sweep = write_sweep(
+        tmp_path,
+        'name = "x"\nsource = "x"\nscenario = "coach_braking.toml"\noutcomes = ["speed_error"]\n'
+        '[axes.wheel]\nparameter = "sensors.wheel_diameter_error"\nvalues = [0.0, 0.06]\n'
+        '[axes.end]\nparameter = "run.duration"\nvalues = [0.3]\n',
+    )
+    found = cl.ensemble(sweep).isel(end=0)
+    off = found["speed_error"] > 0.05 * 160.0 / 3.6
+    assert off.values.tolist() == [[False, True]] * 2
+    # An open loop makes no use of the speed.
+    for name, expected in (("wsp", [0.0, 1.0]), ("open_loop", [0.0, 0.0])):
+        assert found["speed_misjudged"].sel(controller=name).values.tolist() == expected
+
+
 def test_dataset_is_labelled_and_its_file_opens_everywhere(tmp_path: Path) -> None:
     import xarray
 
