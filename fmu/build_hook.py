@@ -114,32 +114,35 @@ def zig_cc_target(target: str, *arguments: str) -> None:
 
 
 def compile_library(name: str, library: Path, *extra_flags: str) -> None:
-    """Compile all sources for platform tuple `name` into the file `library`."""
-    flags = [*compiler_flags(), f'-DCONTACTLIB_TOKEN="{source_token()}"', *extra_flags]
-    kind = ["-shared", "-s"]
-    sources = [str(path) for name in FOLDERS for path in sorted((SOURCES / name).glob("*.c"))]
-    objects: list[str] = []
-    with tempfile.TemporaryDirectory() as scratch:
-        if TARGETS[name].suffix == ".so":
-            # Link-time optimisation makes a force a fifth faster; Zig supports it only for these
-            # systems. The wide functions gain nothing by it, and are most of what there is to do.
-            # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
-            flags.append("-fPIC")
-            kind += ["-nostdlib", "-lc", "-lm", "-flto", "-Wl,-Bsymbolic"]
-            wide = [source for source in sources if Path(source).name.startswith("simd_")]
-            objects = [str(Path(scratch, Path(source).stem).with_suffix(".o")) for source in wide]
-            sources = [source for source in sources if source not in wide]
-            with ThreadPoolExecutor() as pool:
-                each = [
-                    pool.submit(zig_cc, name, *flags, "-c", source, "-o", made)
-                    for source, made in zip(wide, objects, strict=True)
-                ]
-            for done in each:
-                done.result()
-        if TARGETS[name].suffix == ".dylib":
-            # The default name is the path where the library was built.
-            kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
-        zig_cc(name, *kind, *flags, *sources, *objects, "-o", str(library.resolve()))
+    """Compile all sources for platform tuple `name` into the file `library`.
+
+    Each is compiled by itself, which the compiler's cache knows again unless something changed that
+    it includes; so only the FMI shell gets the token, which every change of a source changes.
+    """
+    flags, kind = [*compiler_flags(), *extra_flags], ["-shared", "-s"]
+    token = f'-DCONTACTLIB_TOKEN="{source_token()}"'
+    if TARGETS[name].suffix == ".so":
+        # Link-time optimisation makes a force a fifth faster; Zig supports it only for these
+        # systems. The wide functions gain nothing by it, and are most of what there is to do.
+        # -Bsymbolic: the library uses its own functions whatever else a tool has loaded.
+        flags.append("-fPIC")
+        kind += ["-nostdlib", "-lc", "-lm", "-flto", "-Wl,-Bsymbolic"]
+    if TARGETS[name].suffix == ".dylib":
+        # The default name is the path where the library was built.
+        kind += ["-Wl,-install_name,@rpath/contactlib.dylib"]
+
+    def compiled(source: Path) -> str:
+        made, wide = str(Path(scratch, source.stem).with_suffix(".o")), "simd_" in source.name
+        own = [token] if source.parent.name == "fmi" else []
+        own += ["-flto"] if "-flto" in kind and not wide else []
+        zig_cc(name, *flags, *own, "-c", str(source), "-o", made)
+        return made
+
+    with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(os.cpu_count()) as pool:
+        sources = [path for folder in FOLDERS for path in (SOURCES / folder).glob("*.c")]
+        slow_first = sorted(sources, key=lambda path: ("simd_" not in path.name, path.name))
+        objects = sorted(pool.map(compiled, slow_first))
+        zig_cc(name, *kind, *flags, *objects, "-o", str(library.resolve()))
 
 
 def build_library(name: str) -> Path:
