@@ -11,7 +11,6 @@ from contactlib.kernel.bodies import NativeForceElement as NativeForceElement
 from contactlib.kernel.bodies import NativeWheelset as NativeWheelset
 from contactlib.kernel.bodies import contact_memory as contact_memory
 from contactlib.kernel.bodies import contact_scales as contact_scales
-from contactlib.kernel.bodies import contact_with_force as contact_with_force
 from contactlib.kernel.bodies import creep_forces_limits as creep_forces_limits
 from contactlib.kernel.bodies import force_input_limits as force_input_limits
 from contactlib.kernel.bodies import half_space_scales as half_space_scales

@@ -284,12 +284,6 @@ class NativeCurve:
             room *= 4
 
 
-def contact_with_force(creep_force: float) -> Any:
-    """Output struct of a force element in which only the creep force is set."""
-    library()
-    return ffi.new("force_element_output *", {"creep_force": creep_force})
-
-
 def half_space_scales(a_over_b: float, poisson_ratio: float) -> Any:
     """Struct of Kalker's coefficients and the scales of an ellipse; the kernel checks nothing."""
     lib = library()

@@ -1,4 +1,4 @@
-"""Runs in time: one wheelset, one scenario, many at once, co-simulation, and their outcomes."""
+"""Runs in time: one wheelset, one scenario, many at once, and their outcomes."""
 
 from typing import TYPE_CHECKING
 
@@ -6,9 +6,6 @@ if TYPE_CHECKING:
     from contactlib.runs.benchmarking import Benchmark as Benchmark
     from contactlib.runs.benchmarking import benchmark as benchmark
     from contactlib.runs.benchmarking import benchmark_scenarios as benchmark_scenarios
-    from contactlib.runs.cosimulation import FmuSource as FmuSource
-    from contactlib.runs.cosimulation import KernelSource as KernelSource
-    from contactlib.runs.cosimulation import cosimulate as cosimulate
     from contactlib.runs.outcomes import OUTCOMES as OUTCOMES
     from contactlib.runs.outcomes import Metrics as Metrics
     from contactlib.runs.outcomes import VehicleMetrics as VehicleMetrics

@@ -301,7 +301,7 @@ def fmu_exchange(case: Case) -> None:
                 row["speed"],
                 7e3 - 2e3 * part,
                 0.0,
-                kernel.contact_with_force(contact["creep_force"]),
+                kernel.ffi.new("force_element_output *", {"creep_force": contact["creep_force"]}),
             )
             same(tool.get("der(omega)", "der(pads)"), [motion.omega_rate, carried], 1e-10)
             if case.element.memory:

@@ -19,7 +19,6 @@ import numpy as np
 import contactlib as cl
 from contactlib import stability, traction
 from contactlib.laws import ContactHeat, Softening, ThermalContact
-from contactlib.runs import KernelSource
 from contactlib.stability import control_systems, torsion
 from contactlib.traction import Sensors
 from contactlib.vehicle import Axle, CreepCurve, Drivetrain, Motor, OperatingPoint, WheelLoad
@@ -129,7 +128,6 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "cohesive_table contact": lambda: "line",
     "controller": lambda: "creep_pi",
     "simulate controller": lambda: cl.TorqueControl(cl.Profile.of(19e3)),
-    "cosimulate controller": lambda: cl.TorqueControl(cl.Profile.of(19e3)),
     "creep_control_system controller": creep_control,
     "curve": lambda: cl.MeasuredCurve(CREEPAGES, COEFFICIENTS),
     "data": data,
@@ -155,7 +153,6 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "Scenario drivetrain": lambda: scenario().drivetrain,
     "SensorReader sensors": lambda: [encoder()],
     "softening": lambda: Softening.linear(800.0),
-    "source": lambda: KernelSource(rig().element),
     "table": lambda: cl.carter_griffith_table("elliptic"),
     "track": lambda: cl.Track(cleaning=1e-4),
     "wheelset": rig,
@@ -208,12 +205,11 @@ EXEMPT: dict[str, str] = {
     **dict.fromkeys(
         (
             *("CreepControl.start", "TorqueControl.start", "Wheelset.rates"),
-            *("KernelSource.exchange", "FmuSource.exchange", "RailState.friction"),
+            "RailState.friction",
         ),
         EVERY_STEP,
     ),
     "Conditions": "made and checked by Wheelset.conditions",
-    "FmuSource": "has a file: export/test_interop.py",
     "MeasuredCurve.from_csv": "has a file: laws/test_measured.py",
     "SampledController.reset": "of a base class: traction/test_batching.py",
     "TractionData.from_csv": "has a file: laws/test_traction_data.py",

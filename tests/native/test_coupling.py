@@ -58,7 +58,9 @@ def coupled(
         if implicit or memory:
             (force,) = element.get("creep_force")
         rows.append((wheelset.radius * omega - speed, force))
-        contact = kernel.contact_with_force(before if parallel else force)
+        contact = kernel.ffi.new(
+            "force_element_output *", {"creep_force": before if parallel else force}
+        )
         rates = wheelset.native.motion(omega, speed, drive, 0.0, contact)
         omega, speed = omega + length * rates.omega_rate, speed + length * rates.speed_rate
         time += length

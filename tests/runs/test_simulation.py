@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp, trapezoid
 
 import contactlib as cl
 from contactlib.runs import Event
-from contactlib.runs.cosimulation import KernelSource, cosimulate
 
 
 def check_energy(run: cl.Result, *, within: float = 1e-8) -> None:
@@ -309,17 +308,6 @@ def test_lift_off_takes_few_steps(locomotive: cl.Model, times: tuple[float, floa
     )  # fmt: skip
     assert max(coarse.time.size, fine.time.size) < 4000
     assert coarse["omega"][-1] == pytest.approx(fine["omega"][-1], rel=1e-7)
-
-
-def test_a_co_simulation_of_a_contact_with_memory_shows_the_steady_force(rig: cl.Model) -> None:
-    given: dict[str, Any] = {"duration": 0.1, "step": 1e-3, "initial_speed": 10.0}
-    control = cl.TorqueControl(cl.Profile.of(1e4))
-    found, steady = (
-        cosimulate(body, KernelSource(body.element), control, initial_creepage=0.003, **given)
-        for body in (with_memory(rig).wheelset, rig.wheelset)
-    )
-    np.testing.assert_array_equal(found["creep_force"], steady["creep_force"])
-    assert (found["creep_force"] > 0.0).all()
 
 
 def test_profile_ends_jumps_and_refusals() -> None:
