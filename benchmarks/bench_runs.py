@@ -1,103 +1,117 @@
-"""Runs of the wet patch, one and many, beside solve_ivp and a batch in numba.
+"""Runs of a wet patch, one and many, beside solve_ivp and a batch in numba.
 
-All drive the same scenarios under the same sampled controller and report the same outcomes.
+``python benchmarks/bench_runs.py`` times the same scenarios under the same sampled controller, and
+prints the errors of their outcomes.
 """
 
 from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 import wheelset_rival as rival
-from timing import Call, Case
-from wet_patch import CONTROLLER, STEP, many, wet_patch
-from wheelset_batch import drive_many
-from wheelset_ivp import drive_by_solve_ivp
+from timing import Call, compare, one_core
+from wheelset_rival import OUTCOMES, drive_by_solve_ivp, records
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP, run_many
+from contactlib.traction import Sensors
+from contactlib.vehicle import Drivetrain
 
+CONTROLLER = "creep"
 SPEEDS = (10.0, 1.0)  # [m/s]
-TOLERANCE = 1e-6
+STEP, TOLERANCE = 1e-3, 1e-6  # [s, 1]
 AS_IT_IS = DEFAULT_TOLERANCE, LONGEST_STEP  # tolerance and step [s] unless noted otherwise
-RUNS = 1024
 FLEET = 2048  # runs of a thread: as many as `run_many` has side by side
-OUTCOMES = ("distance", "largest_creepage", "slip_work")
+
+
+def wet_patch(
+    speed: float, *, duration: float = 10.0, friction: float = 0.545, torque: float = 23.5e3
+) -> cl.Scenario:
+    """A locomotive's wheelset that meets a wet patch after a fifth of its way.
+
+    Its contact is the roller rig's line, whose law the rivals solve.
+
+    Parameters
+    ----------
+    speed : float
+        At the start [m/s].
+    duration : float, optional
+        [s].
+    friction : float, optional
+        Factor on friction in the patch [1].
+    torque : float, optional
+        Demand [N.m].
+    """
+    line = cl.load_model("roller_rig.toml").wheelset.element
+    drivetrain = Drivetrain(replace(cl.load_model("locomotive.toml").wheelset, element=line))
+    sensors = Sensors()
+    controller = cl.traction.CreepPI.for_drivetrain(
+        drivetrain,
+        speed=speed,
+        sensors=sensors,
+        creepage_error=0.0,  # the rivals have exact sensors, too
+    )
+    way = speed * duration
+    places = (0.2 * way, 0.2 * way, 0.6 * way, 0.6 * way)
+    return replace(
+        cl.load_scenario("dry_wet_dry.toml"),
+        drivetrain=drivetrain,
+        track=cl.Track(friction_left=cl.Profile(places, (1.0, friction, friction, 1.0))),
+        sensors=sensors,
+        demand=cl.Profile.of(torque),
+        initial_speed=speed,
+        design_speed=speed,
+        duration=duration,
+        controllers={CONTROLLER: controller},
+    )
+
+
+def many(n: int, speed: float, *, duration: float = 10.0) -> list[cl.Scenario]:
+    """Scenarios of one vehicle that differ in the patch's friction and in the demand."""
+    random = np.random.default_rng(0)
+    first = wet_patch(speed, duration=duration)
+    found = []
+    for friction, torque in random.uniform((0.4, 22e3), (0.7, 24.5e3), (n, 2)).tolist():
+        places = first.track.friction_left.at
+        track = cl.Track(friction_left=cl.Profile(places, (1.0, friction, friction, 1.0)))
+        found.append(replace(first, track=track, demand=cl.Profile.of(torque)))
+    return found
 
 
 @cache
 def reference(speed: float, duration: float) -> tuple[FloatArray, FloatArray]:
     """Outcomes and creepages of the wet patch, right to 1e-10: Radau stopped at the corners."""
-    given = rival.numbers(wet_patch(speed, duration=duration), CONTROLLER)
+    (run,) = records([wet_patch(speed, duration=duration)], CONTROLLER)
     return drive_by_solve_ivp(
-        given, duration, method="Radau", tolerance=1e-11, row=STEP, corners=True
+        run, duration, method="Radau", tolerance=1e-11, row=STEP, corners=True
     )
-
-
-def errors(found: FloatArray, exact: FloatArray) -> float:
-    """Largest relative error of the outcomes that all of them have."""
-    return float(np.max(np.abs(found / exact - 1.0)))
-
-
-def of_all(outcomes: FloatArray) -> FloatArray:
-    """What `OUTCOMES` names of what the rivals find, (..., outcomes)."""
-    return outcomes[..., [rival.OUTCOMES.index(name) for name in OUTCOMES]]
 
 
 def accuracy(speed: float, duration: float) -> dict[str, float]:
     """Largest relative error of the outcomes against the reference, by who found them."""
-    exact = of_all(reference(speed, duration)[0])
     scenario = wet_patch(speed, duration=duration)
-    found = {}
+    given, found = records([scenario], CONTROLLER), {}
     for tolerance, step in ((1e-6, STEP), (1e-10, STEP), AS_IT_IS):
-        ours = ensemble([scenario], tolerance, step)
-        row = np.array([ours[name][0] for name in OUTCOMES])
-        found[f"contactlib, tolerance {tolerance:g}, {1e3 * step:g} ms"] = errors(row, exact)
-    given = rival.numbers(scenario, CONTROLLER)
-    by_ivp, _ = drive_by_solve_ivp(given, duration, method="LSODA", tolerance=1e-6)
-    found["LSODA, tolerance 1e-06"] = errors(of_all(by_ivp), exact)
-    if rival.numba is not None:
-        by_numba = batch(rival.records([scenario], CONTROLLER), duration)
-        found["numba ROS2, 1 ms"] = errors(of_all(by_numba)[0], exact)
-    return found
+        outcomes = ensemble([scenario], tolerance, step)
+        row = np.array([outcomes[name][0] for name in OUTCOMES])
+        found[f"contactlib, tolerance {tolerance:g}, {1e3 * step:g} ms"] = row
+    found["LSODA"], _ = drive_by_solve_ivp(given[0], duration, method="LSODA", tolerance=1e-6)
+    (found["numba ROS2, 1 ms"],) = batch(given, duration)
+    exact, _ = reference(speed, duration)
+    return {who: float(np.max(np.abs(row / exact - 1.0))) for who, row in found.items()}
 
 
 def batch(runs: Any, duration: float) -> FloatArray:
     """Outcomes of the batch in numba, (n, outcomes)."""
-    found = np.empty((runs.size, len(rival.OUTCOMES)))
-    drive_many(runs, round(duration / STEP), round(runs.sample_time[0] / STEP), found)
+    found = np.empty((runs.size, len(OUTCOMES)))
+    rival.drive_many(runs, round(duration / STEP), round(runs.sample_time[0] / STEP), found)
     return found
-
-
-def check(duration: float = 1.0) -> None:
-    """Every rival finds what the reference finds, and the creepages in between.
-
-    Raises
-    ------
-    AssertionError
-        If one does not.
-    """
-    for speed in SPEEDS:
-        outcomes, creepages = reference(speed, duration)
-        for name, error in accuracy(speed, duration).items():
-            as_it_is, fine = (2e-4, 1e-6) if speed >= 10.0 else (2e-3, 2e-6)
-            limits = {"10 ms": as_it_is, "numba": 2e-3, "LSODA": 2e-4, "contactlib": fine}
-            limit = next(limit for word, limit in limits.items() if word in name)
-            assert error < limit, f"{name} at {speed} m/s: {error}"
-        result = cl.run_scenario(wet_patch(speed, duration=duration), CONTROLLER, step=STEP)
-        largest = np.abs(creepages).max()
-        assert np.abs(result["creepage"] - creepages).max() < 1e-4 * largest
-        assert abs(result["speed"][-1] / outcomes[rival.OUTCOMES.index("speed")] - 1.0) < 1e-6
-
-
-def cases(runs: int = RUNS, duration: float = 10.0, fleet: int = FLEET) -> list[Case]:
-    """What is timed."""
-    each = [_ensemble(runs, speed, duration) for speed in SPEEDS]
-    return [_single(duration), *each, _threads(fleet, 0.2 * duration)]
 
 
 def ensemble(
@@ -107,67 +121,53 @@ def ensemble(
     return run_many(scenarios, CONTROLLER, OUTCOMES, step=step, tolerance=tolerance)
 
 
-def _by_ivp(given: dict[str, float], duration: float) -> Call:
-    return lambda: drive_by_solve_ivp(given, duration, method="LSODA", tolerance=TOLERANCE)
+def main(runs: int = 1024, duration: float = 10.0, **how: Any) -> None:
+    """Time one run with all its signals, and many whose outcomes are kept."""
+    for speed in SPEEDS:
+        scenarios = many(runs, speed, duration=duration)
+        first, given = scenarios[0], records(scenarios, CONTROLLER)
+
+        by_ivp = partial(
+            drive_by_solve_ivp, given[0], duration, method="LSODA", tolerance=TOLERANCE
+        )
+        alone = partial(cl.run_scenario, first, CONTROLLER, step=STEP, tolerance=TOLERANCE)
+        subjects: dict[str, Call] = {"run_scenario": alone, "solve_ivp LSODA": by_ivp}
+        compare(f"one run at {speed:g} m/s, rows of 1 ms", duration, "s/s", subjects, **how)
+        compare(
+            f"{runs} runs at {speed:g} m/s",
+            runs * duration,
+            "s/s",
+            {
+                "run_many as it is": partial(ensemble, scenarios, *AS_IT_IS),
+                "run_many, 1 ms, tolerance 1e-6": partial(ensemble, scenarios),
+                "solve_ivp LSODA, first run only": by_ivp,
+                "numba ROS2, 1 ms": partial(batch, given, duration),
+            },
+            less_work={"solve_ivp LSODA, first run only": duration},
+            **how,
+        )
 
 
-def _single(duration: float) -> Case:
-    """One run with all its signals."""
-    scenario = wet_patch(SPEEDS[0], duration=duration)
-    given = rival.numbers(scenario, CONTROLLER)
-    return Case(
-        f"one run at {SPEEDS[0]:g} m/s, rows of 1 ms",
-        duration,
-        "s/s",
-        {
-            "run_scenario": lambda: cl.run_scenario(
-                scenario, CONTROLLER, step=STEP, tolerance=TOLERANCE
-            ),
-            "solve_ivp LSODA": _by_ivp(given, duration),
-        },
-    )
-
-
-def _ensemble(runs: int, speed: float, duration: float) -> Case:
-    """Many runs that differ in friction and demand; only outcomes are kept."""
-    scenarios = many(runs, speed, duration=duration)
-    given = rival.numbers(scenarios[0], CONTROLLER)
-    found: dict[str, Call] = {
-        "run_many as it is": lambda: ensemble(scenarios, *AS_IT_IS),
-        "run_many, 1 ms, tolerance 1e-6": lambda: ensemble(scenarios),
-        "solve_ivp LSODA, first run only": _by_ivp(given, duration),
-    }
-    if rival.numba is not None:
-        records = rival.records(scenarios, CONTROLLER)
-        found["numba ROS2, 1 ms"] = lambda: batch(records, duration)
-    return Case(
-        f"{runs} runs at {speed:g} m/s",
-        runs * duration,
-        "s/s",
-        found,
-        {"": ">= 15 000", "solve_ivp LSODA, first run only": ">= 100"},
-        ours=2,
-        less_work={"solve_ivp LSODA, first run only": duration},
-    )
-
-
-def _threads(runs: int, duration: float) -> Case:
+def threads(runs: int = FLEET, duration: float = 2.0, **how: Any) -> None:
     """Fleets of their full size, by the wall's clock."""
     scenarios = many(2 * runs, SPEEDS[0], duration=duration)
-    pool = ThreadPoolExecutor(2)
     halves = scenarios[::2], scenarios[1::2]
 
     def part(some: list[cl.Scenario]) -> object:
         return ensemble(some, *AS_IT_IS)
 
-    return Case(
-        f"{2 * runs} runs in 2 threads",
-        2 * runs * duration,
-        "s/s",
-        {
+    with ThreadPoolExecutor(2) as pool:
+        subjects = {
             "2 threads": lambda: list(pool.map(part, halves)),
             "1 thread": lambda: [part(half) for half in halves],
-        },
-        {"1 thread": ">= 1.8"},
-        clock=time.perf_counter,
-    )
+        }
+        what, work = f"{2 * runs} runs in 2 threads", 2 * runs * duration
+        compare(what, work, "s/s", subjects, clock=time.perf_counter, **how)
+
+
+if __name__ == "__main__":
+    with one_core():
+        main()
+        for speed in SPEEDS:
+            print(f"largest relative error at {speed:g} m/s:", accuracy(speed, 5.0))
+    threads()  # needs two cores

@@ -10,7 +10,7 @@ import sys
 import time
 
 import numpy as np
-from report import one_core
+from timing import one_core
 
 from contactlib.rl import ControllerPolicy, TractionVectorEnv
 

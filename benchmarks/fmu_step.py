@@ -1,14 +1,15 @@
-"""Time of set, step and get of the FMUs in co-simulation."""
+"""Time of set, step and get of the FMUs in co-simulation: ``python benchmarks/fmu_step.py``."""
 
 from __future__ import annotations
 
-import platform
-import re
 import runpy
 import subprocess
 import sys
-from collections.abc import Iterator
+import tempfile
+from itertools import product
 from pathlib import Path
+
+from timing import one_core
 
 import contactlib as cl
 from contactlib import kernel
@@ -16,8 +17,6 @@ from contactlib.base.writing import package_folder
 
 sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "export", "native")]
 
-from exported_fmu import fitting
-from fmu_instance import EXPORTS, Subject
 from native_programs import Fmu, flags
 
 CALLS, REPETITIONS = 100_000, 5
@@ -25,15 +24,7 @@ CALLS, REPETITIONS = 100_000, 5
 # The first input takes values in this range: from stick over the peak into slip.
 RANGES = {"force_element": ("omega", 20.0, 20.6), "wheelset": ("drive_torque", 2.0e4, 2.2e4)}
 OUTPUTS = {"force_element": ["creep_force", "wheel_torque"], "wheelset": ["omega", "speed"]}
-WHEELS = 8  # in one FMU, beside one; as many as a locomotive of four axles has
 TOLERANCES = (1e-6, 1e-4)  # the FMU's default, and that of `run_scenario`
-
-
-def processor() -> str:
-    cpuinfo = Path("/proc/cpuinfo")
-    text = cpuinfo.read_text() if cpuinfo.is_file() else ""
-    found = re.search(r"model name\s*: (.*)", text)
-    return found[1] if found else platform.processor() or platform.machine()
 
 
 def nanoseconds(program: Path, fmu: Fmu, name: str, tolerance: float) -> float:
@@ -49,24 +40,21 @@ def nanoseconds(program: Path, fmu: Fmu, name: str, tolerance: float) -> float:
     return float(subprocess.check_output(command, text=True))
 
 
-def each(scratch: Path) -> Iterator[tuple[str, float]]:
-    """Times of force element and wheelset, in both versions of FMI."""
-    program, source = scratch / "fmu_step.exe", Path(__file__).with_suffix(".c")
-    hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
-    hook["zig_cc"](kernel.platform_name(), "-O2", *flags(), str(source), "-o", str(program))
+def main() -> None:
+    """Print the times of force element and wheelset."""
     model = cl.load_model("roller_rig.toml")
-    for name in RANGES:
-        for version in (2, 3):
-            subject = Subject(name, version)
-            fmu = Fmu(model, scratch / str(subject), **subject.arguments)
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        program, source = scratch / "fmu_step.exe", Path(__file__).with_suffix(".c")
+        hook = runpy.run_path(str(package_folder("fmu") / "build_hook.py"))
+        hook["zig_cc"](kernel.platform_name(), "-O2", *flags(), str(source), "-o", str(program))
+        for name, version in product(RANGES, (2, 3)):
+            fmu = Fmu(model, scratch / f"{name}-{version}", kind=name, fmi_version=version)
             for tolerance in TOLERANCES[: 2 if name == "wheelset" else 1]:
-                yield f"{subject}, {tolerance:g}", nanoseconds(program, fmu, name, tolerance)
-    for name in (name for name in EXPORTS if name.split("-")[0] in RANGES):
-        subject = Subject(name, 2)
-        times = []
-        for wheels in (1, WHEELS):
-            folder = scratch / f"{name}-{wheels}"
-            fmu = Fmu(fitting(model, name), folder, wheels=wheels, **subject.arguments)
-            times.append(nanoseconds(program, fmu, name.split("-")[0], TOLERANCES[0]))
-        yield f"{subject}, {WHEELS} wheels", times[1]
-        yield f"{subject}, {WHEELS} wheels over one [1]", times[1] / times[0]
+                spent = nanoseconds(program, fmu, name, tolerance)
+                print(f"{name}, FMI {version}, tolerance {tolerance:g}: {spent:.0f} ns")
+
+
+if __name__ == "__main__":
+    with one_core():
+        main()

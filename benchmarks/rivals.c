@@ -6,14 +6,59 @@
  * limit", Wear 258 (2005) 992-1000; O. Polach, "A fast wheel-rail forces calculation computer
  * code", Vehicle System Dynamics 33 supplement (1999) 728-739; J.J. Kalker, "A fast algorithm for
  * the simplified theory of rolling contact", Vehicle System Dynamics 11 (1982) 1-13. */
-#include "rivals.h"
-
 #include <math.h>
+#include <stddef.h>
+
+#include "creep_forces.h"
+#include "creep_table.h"
+
+/* What Python reads, down to the line. */
+
+/* An odd function of x. */
+typedef struct {
+    size_t cells;
+    double per_length;   /* cells per unit of x */
+    const double *nodes; /* cells + 1 pairs of value and slope times the cell's length */
+} hermite;
+
+/* Stiffness: Kalker's c11, c22 and c23 times G a b/(mu P). Creepages in Kalker's signs, spin times
+ * sqrt(a b). */
+typedef struct {
+    double a_over_b;
+    double stiffness[3];
+    double creepage[3];
+} polach_contact;
+
+/* Multilinear in a place of a/b, up to 1, and in v/(1 + |v|) of three normalized creepages. */
+typedef struct {
+    size_t nodes[4];
+    double start[4]; /* where each axis begins: 0 or -1 */
+    const double *values;
+} usetab;
+
+typedef void (*table_function)(const creep_table *, double, double, double, creep_value *);
+typedef void (*forces_function)(const creep_forces *, size_t, const creep_forces_input *,
+                                creep_forces_output *);
+
+/* Polach's traction ratio; the factors are his reductions times the gradient. */
+void polach_each(double stick_factor, double slip_factor, size_t n, const double *x, double *ratio);
+/* Forces along and across over mu P; n times 2. */
+void polach_with_spin_each(size_t n, const polach_contact *contact, double *force);
+void hermite_each(const hermite *h, size_t n, const double *x, double *value, double *slope);
+/* Rates of the longitudinal and lateral creepage, and of spin along and across: n times 4. */
+void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, double *force);
+/* Forces along and across and moment over mu P; n times 4 places, n times 3 forces. */
+void usetab_each(const usetab *table, size_t n, const double *at, double *force);
+void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
+                const double *k_hat, double *ratio, double *slope);
+void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
+                 const creep_forces_input *input, creep_forces_output *output);
+/* ---------------------------------------------------------------------------------------------- */
 
 static const double PI = 3.14159265358979323846;
 
 /* Not inlined: the price of one evaluation, not of one in a loop. */
-#define ONE_BY_ONE __attribute__((noinline))
+#define ONE_BY_ONE static __attribute__((noinline))
 
 ONE_BY_ONE double polach_ratio(double stick_factor, double slip_factor, double x) {
     double stick = stick_factor * x;
@@ -67,7 +112,7 @@ void hermite_each(const hermite *h, size_t n, const double *x, double *value, do
  * the surface stuck, and is cut back to what friction allows. Tractions are in units of mu p0 with
  * the theory's parabolic pressure p0 (1 - xi^2 - eta^2), lengths in semi-axes, and the rates are
  * what a traction would grow by over one semi-axis. */
-void fastsim(size_t strips, size_t elements, const double rate[4], double force[2]) {
+static void fastsim(size_t strips, size_t elements, const double rate[4], double force[2]) {
     double sum[2] = {0.0, 0.0};
     for (size_t j = 0; j < strips; j++) {
         double eta = (2.0 * (double)j + 1.0) / (double)strips - 1.0;
@@ -129,10 +174,10 @@ void usetab_each(const usetab *table, size_t n, const double *at, double *force)
 }
 
 void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
-                const double *k_hat, size_t k_stride, double *ratio, double *slope) {
+                const double *k_hat, double *ratio, double *slope) {
     for (size_t i = 0; i < n; i++) {
         creep_value value;
-        evaluate(table, x[i], k_hat[i * k_stride], 0.0, &value);
+        evaluate(table, x[i], *k_hat, 0.0, &value);
         ratio[i] = value.traction_ratio;
         slope[i] = value.slope;
     }

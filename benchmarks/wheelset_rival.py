@@ -1,4 +1,4 @@
-"""The equations of the wet patch as a user would program them, for solve_ivp or a loop in numba.
+"""The wet patch as a user would program it: equations, a batch of fixed steps, and solve_ivp.
 
 The functions know floats only. numba compiles them if it is there; without it they are Python.
 The wheelset is rigid and stays above its minimum speed.
@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import Any, TypeVar, cast
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 import contactlib as cl
 from contactlib.base.quantities import FloatArray
@@ -26,7 +27,8 @@ with suppress(ImportError):
 
 MIN_SHARE = CreepPI.minimum_share
 TABLE_END, TABLE_CELLS = 6.0, 256  # of normalized creepage; right to 1e-6
-OUTCOMES = ("distance", "speed", "largest_creepage", "slip_work")
+GAMMA = 1.0 - math.sqrt(0.5)  # of ROS2, which is L-stable with it
+OUTCOMES = ("distance", "largest_creepage", "slip_work")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -38,77 +40,49 @@ def compiled(function: F) -> F:
     return cast("F", numba.njit(nogil=True, error_model="numpy")(function))
 
 
-# ---- one run's numbers ----------------------------------------------------------------------
-
-
-def numbers(scenario: cl.Scenario, controller: str) -> dict[str, float]:
-    """What the equations and the controller know of a scenario.
-
-    Raises
-    ------
-    ValueError
-        If the scenario has what the equations do not.
-    """
-    drivetrain, control = scenario.drivetrain, scenario.controller(controller)
-    wheelset, track = drivetrain.wheelset, scenario.track
-    friction = wheelset.element.friction
-    patch = track.friction_left
-    plain = drivetrain.axle is None and drivetrain.motor.lag == 0.0
-    plain = plain and not wheelset.element.memory
-    if not plain or friction.falls_with_slip_speed or wheelset.mass is None or len(patch.at) != 4:
-        raise ValueError("the scenario is not a rigid wheelset that meets a patch")
-    if not isinstance(control, cl.traction.CreepPI) or control.reference_torque is None:
-        raise ValueError("the controller is no CreepPI whose reference follows the torque")
-    gains = tracker_gains(control.sample_time, control.speed_filter_time)
-    load, demand = wheelset.element.normal_load, float(scenario.demand(0.0))
-    resistance = wheelset.resistance
-    return {
-        "radius": wheelset.radius,
-        "inverse_inertia": 1.0 / wheelset.inertia,
-        "inverse_mass": 1.0 / wheelset.mass,
-        "damping": wheelset.damping,
-        "constant": resistance.constant,
-        "linear": resistance.linear,
-        "quadratic": resistance.quadratic,
-        "saturation_creepage": wheelset.element.saturation_creepage,
-        "k_hat": wheelset.element.k_hat,
-        "sliding": friction.kinetic * load,
-        "largest": friction.static / friction.kinetic,
-        "patch_start": patch.at[0],
-        "patch_end": patch.at[-1],
-        "patch_friction": patch.value[1],
-        "demand": demand,
-        "speed": scenario.initial_speed,
-        "creepage": CreepCurve(
-            wheelset,
-            speed=scenario.initial_speed,
-            normal_load=load,
-            friction_scale=patch.value[0],
-        ).grip(demand),
-        "sample_time": control.sample_time,
-        "reference": control.reference,
-        "reference_torque": control.reference_torque,
-        "proportional_gain": control.proportional_gain,
-        "integral_gain": control.integral_gain,
-        "low_speed": control.low_speed,
-        "minimum_slip": control.minimum_slip,
-        "recovery_time": control.recovery_time,
-        "tracker_g": gains[0],
-        "tracker_h": gains[1],
-    }
-
-
 def records(scenarios: Sequence[cl.Scenario], controller: str) -> Any:
-    """The numbers of many runs, one record each."""
-    rows = [numbers(scenario, controller) for scenario in scenarios]
+    """What the equations and the controller know of scenarios, one record each."""
+    rows = []
+    for scenario in scenarios:
+        wheelset, patch = scenario.drivetrain.wheelset, scenario.track.friction_left
+        control: Any = scenario.controller(controller)
+        element, resistance = wheelset.element, wheelset.resistance
+        gains = tracker_gains(control.sample_time, control.speed_filter_time)
+        demand, speed = float(scenario.demand(0.0)), scenario.initial_speed
+        assert wheelset.mass is not None
+        row = {
+            "radius": wheelset.radius,
+            "inverse_inertia": 1.0 / wheelset.inertia,
+            "inverse_mass": 1.0 / wheelset.mass,
+            "damping": wheelset.damping,
+            "constant": resistance.constant,
+            "linear": resistance.linear,
+            "quadratic": resistance.quadratic,
+            "saturation_creepage": element.saturation_creepage,
+            "k_hat": element.k_hat,
+            "sliding": element.friction.kinetic * element.normal_load,
+            "largest": element.friction.static / element.friction.kinetic,
+            "patch_start": patch.at[0],
+            "patch_end": patch.at[-1],
+            "patch_friction": patch.value[1],
+            "demand": demand,
+            "speed": speed,
+            "creepage": CreepCurve(wheelset, speed=speed).grip(demand),
+            "sample_time": control.sample_time,
+            "reference": control.reference,
+            "reference_torque": control.reference_torque,
+            "proportional_gain": control.proportional_gain,
+            "integral_gain": control.integral_gain,
+            "low_speed": control.low_speed,
+            "minimum_slip": control.minimum_slip,
+            "recovery_time": control.recovery_time,
+            "tracker_g": gains[0],
+            "tracker_h": gains[1],
+        }
+        rows.append(row)
     return np.rec.array(
         [tuple(row.values()) for row in rows], dtype=[(name, np.float64) for name in rows[0]]
     )
-
-
-def record(given: dict[str, float]) -> Any:
-    """The numbers of one run, as `records` has them."""
-    return np.rec.array([tuple(given.values())], dtype=[(name, np.float64) for name in given])[0]
 
 
 # ---- law, equations of motion, controller ---------------------------------------------------
@@ -231,3 +205,169 @@ def start(run: Any, memory: FloatArray) -> float:
 def is_wet(run: Any, distance: float) -> bool:
     """Whether a place lies in the patch."""
     return bool(run.patch_start <= distance < run.patch_end)
+
+
+# ---- a batch of fixed steps; solve_ivp ------------------------------------------------------
+
+
+@compiled
+def until_corner(run: Any, distance: float, speed: float) -> float:
+    """Time to the next end of the patch at this speed."""
+    if distance < run.patch_start:
+        return float((run.patch_start - distance) / speed)
+    return float((run.patch_end - distance) / speed) if distance < run.patch_end else math.inf
+
+
+@compiled
+def drive(run: Any, steps: int, per_sample: int, found: FloatArray) -> None:
+    """One run in fixed steps by ROS2; fills in `OUTCOMES`.
+
+    The two-stage linearly implicit Rosenbrock method of Verwer et al., SIAM J. Sci. Comput. 20
+    (1999) 1456-1480. A step ends where the patch does.
+    """
+    memory = np.zeros(4)
+    omega, speed = start(run, memory), run.speed
+    length = run.sample_time / per_sample
+    distance = work = largest = torque = 0.0
+    dry, wet = tabulate(run.k_hat), tabulate(run.k_hat / math.sqrt(run.patch_friction))
+    i, left = 0, 0.0
+    while True:
+        if left == 0.0:
+            largest = max(largest, abs(run.radius * omega / speed - 1.0))
+            if i == steps:
+                break
+            if i % per_sample == 0:
+                torque = control(run, memory, run.radius * omega, speed)
+            left = length
+            i += 1
+        h = min(left, until_corner(run, distance, speed))
+        h = h if h < left * (1.0 - 1e-9) else left
+        in_patch = is_wet(run, distance + 0.5 * h * speed)
+        nodes, friction = (wet, run.patch_friction) if in_patch else (dry, 1.0)
+        f0, f1, j00, j01, j10, j11, force = motion(run, nodes, omega, speed, torque, friction)
+        # (I - gamma h J) k = f
+        a = GAMMA * h
+        e00, e11, e01, e10 = 1.0 - a * j00, 1.0 - a * j11, a * j01, a * j10
+        inverse = 1.0 / (e00 * e11 - e01 * e10)
+        k0, k1 = inverse * (e11 * f0 + e01 * f1), inverse * (e10 * f0 + e00 * f1)
+        power = force * (run.radius * omega - speed)
+        middle = omega + h * k0, speed + h * k1
+        g0, g1, _, _, _, _, force = motion(run, nodes, *middle, torque, friction)
+        power += force * (run.radius * middle[0] - middle[1])
+        g0, g1 = g0 - 2.0 * k0, g1 - 2.0 * k1
+        l0, l1 = inverse * (e11 * g0 + e01 * g1), inverse * (e10 * g0 + e00 * g1)
+        way = speed + a * k1
+        distance += h * (1.5 * way + 0.5 * (middle[1] - 2.0 * way + a * l1))
+        omega += h * (1.5 * k0 + 0.5 * l0)
+        speed += h * (1.5 * k1 + 0.5 * l1)
+        work += 0.5 * h * power
+        if h < left:  # exactly at a corner, and not before it by rounding
+            distance = run.patch_end if in_patch else run.patch_start
+        left = left - h if h < left else 0.0
+    found[0], found[1], found[2] = distance, largest, work
+
+
+@compiled
+def drive_many(runs: Any, steps: int, per_sample: int, found: FloatArray) -> None:
+    """All runs, one after the other; `found` is (n, outcomes)."""
+    for i in range(runs.size):
+        drive(runs[i], steps, per_sample, found[i])
+
+
+def drive_by_solve_ivp(
+    run: Any,
+    duration: float,
+    *,
+    method: str,
+    tolerance: float,
+    row: float | None = None,
+    corners: bool = False,
+) -> tuple[FloatArray, FloatArray]:
+    """One run by solve_ivp, which starts again at each of the controller's samples.
+
+    Parameters
+    ----------
+    run : record
+        Of `records`.
+    duration : float
+        [s].
+    method : str
+        Of solve_ivp.
+    tolerance : float
+        Relative, and absolute for creepages and metres over ten.
+    row : float, optional
+        Time between rows [s]; the sample time if left out.
+    corners : bool, optional
+        Whether it stops at the patch's ends, too.
+
+    Returns
+    -------
+    outcomes : ndarray
+        `OUTCOMES`.
+    creepages : ndarray
+        Of the rows.
+    """
+    memory = np.zeros(4)
+    state = np.array([start(run, memory), run.speed, 0.0, 0.0])
+    samples = round(duration / run.sample_time)
+    per_sample = 1 if row is None else round(run.sample_time / row)
+    solved = np.empty((0, 2))  # no table: the law itself
+    integrate: Any = solve_ivp
+    creepages: list[FloatArray] = []
+    ends = [run.patch_start, run.patch_end, math.inf]
+
+    def friction_at(distance: float) -> float:
+        return float(run.patch_friction) if is_wet(run, distance) else 1.0
+
+    def solve(state: FloatArray, times: FloatArray, torque: float) -> Any:
+        within = state[2] + 1e-9 if corners else None
+
+        def rates(_: float, y: FloatArray) -> list[float]:
+            friction = friction_at(y[2] if within is None else within)
+            f0, f1, _, _, _, _, force = motion(run, solved, y[0], y[1], torque, friction)
+            return [f0, f1, y[1], force * (run.radius * y[0] - y[1])]
+
+        def jacobian(_: float, y: FloatArray) -> list[list[float]]:
+            friction = friction_at(y[2] if within is None else within)
+            _, _, j00, j01, j10, j11, force = motion(run, solved, y[0], y[1], torque, friction)
+            slip = run.radius * y[0] - y[1]
+            by_omega = j10 / run.inverse_mass * slip + force * run.radius
+            by_speed = -j01 / (run.radius * run.inverse_inertia) * slip - force
+            return [
+                [j00, j01, 0.0, 0.0],
+                [j10, j11, 0.0, 0.0],
+                [0.0, 1.0, 0.0, 0.0],
+                [by_omega, by_speed, 0.0, 0.0],
+            ]
+
+        def to_corner(_: float, y: FloatArray) -> float:
+            return float(y[2] - next(end for end in ends if end > state[2] + 1e-9))
+
+        to_corner.terminal = True  # type: ignore[attr-defined]
+        return integrate(
+            rates,
+            (times[0], times[-1]),
+            state,
+            method=method,
+            t_eval=times,
+            rtol=tolerance,
+            atol=tolerance * np.array([1.0, 1.0, 0.1, 1e3]),
+            events=to_corner if corners and state[2] < ends[1] - 1e-9 else None,
+            jac=jacobian,
+        )
+
+    for i in range(samples):
+        torque = control(run, memory, run.radius * state[0], state[1])
+        times = grid = run.sample_time * (i + np.arange(per_sample + 1) / per_sample)
+        while True:
+            found = solve(state, times, torque)
+            rows = found.y[:, np.isin(found.t, grid[:-1])]
+            creepages.append(run.radius * rows[0] / rows[1] - 1.0)
+            if found.status == 0:
+                break
+            at, state = found.t_events[0][0], found.y_events[0][0]
+            times = np.concatenate([[at], grid[grid > at]])
+        state = found.y[:, -1]
+    creepages.append(np.array([run.radius * state[0] / state[1] - 1.0]))
+    every = np.concatenate(creepages)
+    return np.array([state[2], np.abs(every).max(), state[3]]), every

@@ -21,7 +21,7 @@ from contactlib.base.quantities import FloatArray
 from contactlib.base.writing import package_folder
 from contactlib.laws.polach import GRADIENT
 
-HERE = Path(__file__).parent
+SOURCE = Path(__file__).with_name("rivals.c")
 # The kernel's arithmetic and instructions, but the newest mathematical functions of this machine.
 FLAGS = ["-std=c99", "-O2", "-mcpu=baseline", "-ffp-contract=off", "-fno-math-errno"]
 FLAGS += ["-fno-trapping-math", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
@@ -29,12 +29,12 @@ FLAGS += ["-fno-trapping-math", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 @cache
 def ffi() -> Any:
-    """Declarations of rivals.h beside those of the kernel."""
+    """Declarations of rivals.c beside those of the kernel."""
     kernel.library()
     found = FFI()
     found.include(kernel.ffi)
-    text = (HERE / "rivals.h").read_text(encoding="ascii")
-    found.cdef(re.sub(r"^#.*$", "", text, flags=re.MULTILINE))
+    declared, *_ = SOURCE.read_text(encoding="ascii").split("\n/* ------")
+    found.cdef(re.sub(r"^#.*$", "", declared, flags=re.MULTILINE))
     return found
 
 
@@ -46,7 +46,7 @@ def rivals() -> Any:
     path = Path(scratch.name) / "rivals.so"
     library = [
         "-shared",
-        str(HERE / "rivals.c"),
+        str(SOURCE),
         f"-I{package_folder('fmu') / 'kernel'}",
         "-o",
         str(path),
@@ -62,19 +62,14 @@ def pointer(array: FloatArray) -> Any:
     return ffi().cast("double *", array.ctypes.data)
 
 
-class CPolach:
-    """Polach's traction ratio in C.
+def polach(law: Polach, x: FloatArray, ratio: FloatArray) -> None:
+    """Fill in Polach's traction ratios.
 
     In units of the contact in which the normalized creepage x is the creepage and zeta0 = 1, his
     gradient G pi a b c11/4 over mu P is (3/16) pi**2.
     """
-
-    def __init__(self, law: Polach) -> None:
-        self._factors = (law.adhesion_reduction * GRADIENT, law.slip_reduction * GRADIENT)
-
-    def __call__(self, x: FloatArray, ratio: FloatArray) -> None:
-        """Fill in the traction ratios."""
-        rivals().polach_each(*self._factors, x.size, pointer(x), pointer(ratio))
+    factors = law.adhesion_reduction * GRADIENT, law.slip_reduction * GRADIENT
+    rivals().polach_each(*factors, x.size, pointer(x), pointer(ratio))
 
 
 class CHermite:
@@ -92,7 +87,7 @@ class CHermite:
 
 
 def polach_with_spin(contacts: FloatArray) -> FloatArray:
-    """Both forces over mu P at contacts of the shape (n, 7); see rivals.h."""
+    """Both forces over mu P at contacts of the shape (n, 7); see rivals.c."""
     contacts = np.ascontiguousarray(contacts)
     force = np.empty((len(contacts), 2))
     given = ffi().cast("polach_contact *", contacts.ctypes.data)
@@ -101,7 +96,7 @@ def polach_with_spin(contacts: FloatArray) -> FloatArray:
 
 
 def fastsim(rates: FloatArray, *, strips: int, elements: int) -> FloatArray:
-    """Both forces over mu P at rates of the shape (n, 4); see rivals.h."""
+    """Both forces over mu P at rates of the shape (n, 4); see rivals.c."""
     rates = np.ascontiguousarray(rates)
     force = np.empty((len(rates), 2))
     rivals().fastsim_each(len(rates), strips, elements, pointer(rates), pointer(force))
@@ -140,40 +135,23 @@ class CUsetab:
         return found
 
 
-class KernelOneByOne:
-    """The kernel's function of one point, called for each through a pointer."""
-
-    def __init__(self, table: CreepForceTable) -> None:
-        self._table = table.native
-
-    def __call__(
-        self, x: FloatArray, k_hat: FloatArray, ratio: FloatArray, slope: FloatArray
-    ) -> None:
-        """Fill in traction ratios and slopes."""
-        rivals().table_each(
-            kernel.library().creep_table_evaluate,
-            self._table.struct,
-            x.size,
-            pointer(x),
-            pointer(k_hat),
-            int(k_hat.size > 1),
-            pointer(ratio),
-            pointer(slope),
-        )
+def kernel_one_by_one(
+    table: CreepForceTable, x: FloatArray, k_hat: FloatArray, ratio: FloatArray, slope: FloatArray
+) -> None:
+    """Fill in traction ratios and slopes by calls of the kernel for each point."""
+    of_kernel = kernel.library().creep_table_evaluate, table.native.struct
+    arrays = (pointer(array) for array in (x, k_hat, ratio, slope))
+    rivals().table_each(*of_kernel, x.size, *arrays)
 
 
-class ForcesOneByOne:
-    """The kernel's creep forces, called for each contact through a pointer."""
-
-    def __init__(self, pair: kernel.NativeCreepForces, inputs: NDArray[np.void]) -> None:
-        self._pair, self._inputs, self.found = pair, inputs, pair.evaluate(inputs)
-
-    def __call__(self) -> None:
-        """Fill in the forces once more."""
-        rivals().forces_each(
-            kernel.library().creep_forces_evaluate,
-            self._pair.struct,
-            self._inputs.size,
-            ffi().cast("creep_forces_input *", self._inputs.ctypes.data),
-            ffi().cast("creep_forces_output *", self.found.ctypes.data),
-        )
+def forces_one_by_one(
+    pair: kernel.NativeCreepForces, inputs: NDArray[np.void], found: NDArray[np.void]
+) -> None:
+    """Fill in the kernel's creep forces by calls for each contact."""
+    rivals().forces_each(
+        kernel.library().creep_forces_evaluate,
+        pair.struct,
+        inputs.size,
+        ffi().cast("creep_forces_input *", inputs.ctypes.data),
+        ffi().cast("creep_forces_output *", found.ctypes.data),
+    )
