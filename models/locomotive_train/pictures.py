@@ -1,8 +1,8 @@
-"""Figures of runs: the slip-away through the axles, time histories, and the force used."""
+"""A figure of a run: the slip-away through the axles."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrow, Rectangle
 
 from .run import Run
-from .vehicle import AXLES
 
-COLOURS = ("#D55E00", "#E69F00", "#0072B2", "#56B4E9")  # of the axles from the front
 FORCE = 2.5 / 5e4  # length of an arrow over its force [m/N]
 NORM = LogNorm(1e-3, 3.0)
 
@@ -66,48 +64,3 @@ def _side_view(axes: Axes, run: Run, row: int) -> None:
     axes.axhline(-0.13, color="k", lw=1.0)
     axes.set(xlim=(-13.5, 9.8), ylim=(-0.9, 4.1), aspect="equal")
     axes.axis("off")
-
-
-def time_histories(run: Run) -> Figure:
-    """Torque, creepage, creep force and friction of the four axles over time."""
-    figure = Figure(figsize=(7.0, 6.6))
-    rows = figure.subplots(4, 1, sharex=True)
-    signals = (
-        (1e-3 * run.torque, "torque\n[kN m]"),
-        (100.0 * np.maximum(run.creepage, 0.05e-2), "creepage\n[%]"),
-        (1e-3 * run.creep_force, "creep force\n[kN]"),
-        (run.friction.mean(axis=-1), "friction\nscale [1]"),
-    )
-    for axes, (values, label) in zip(rows, signals, strict=True):
-        for axle in range(AXLES):
-            axes.plot(run.time, values[:, axle], color=COLOURS[axle], lw=1.1)
-        axes.set_ylabel(label)
-        axes.set_xlim(0.0, run.time[-1])
-    rows[1].set_yscale("log")
-    rows[-1].set_xlabel("time [s]")
-    lines = rows[0].get_lines()
-    names = ["axle 1, leading", "axle 2", "axle 3", "axle 4"]
-    figure.legend(lines, names, loc="outside upper center", ncols=AXLES)
-    return figure
-
-
-def bars(shares: Mapping[str, Mapping[str, float]], label: str) -> Figure:
-    """Bars of numbers by row and by case."""
-    figure = Figure(figsize=(7.0, 4.6))
-    axes = figure.subplots()
-    cases = list(next(iter(shares.values())))
-    height = 0.8 / len(cases)
-    for i, (case, colour) in enumerate(zip(cases, ("#6E6E6E", *COLOURS), strict=False)):
-        values = [found[case] for found in shares.values()]
-        places = np.arange(len(shares)) + (i - 0.5 * (len(cases) - 1)) * height
-        drawn = axes.barh(places, values, 0.9 * height, color=colour, label=case)
-        axes.bar_label(
-            drawn, ["" if np.isnan(v) else f"{v:.2f}" for v in values], padding=2, fontsize=8
-        )
-    axes.set_axisbelow(True)
-    axes.set_yticks(np.arange(len(shares)), list(shares))
-    axes.invert_yaxis()
-    axes.set(xlabel=label, xlim=(0.0, 1.35))
-    axes.grid(visible=False, axis="y")
-    figure.legend(loc="outside upper center", ncols=3, fontsize=9)
-    return figure

@@ -1,32 +1,27 @@
-"""Runs of the locomotive: Exudyn moves the bodies, contactlib gives the wheels' forces."""
+"""Runs of the locomotive: Exudyn moves the bodies, one FMU gives the forces of eight wheels."""
 
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import exudyn
+import fmpy
 import numpy as np
+from fmpy.fmi3 import FMU3Slave
 
 import contactlib as cl
-from contactlib.base.quantities import POSITIVE, FloatArray, checked_number
+from contactlib.base.quantities import FloatArray
 
-from .formulas import Formulas
-from .system import build
+from .system import build, outer_forces
 from .vehicle import AXLES, COORDINATES, SHAFT, SPIN, Forces, Locomotive, Motion
-from .wheels import Element, Source, inputs
 
-
-class Drive(Protocol):
-    """Source of the motors' torques, such as `Motors`."""
-
-    sample_time: float
-
-    def sample(self, time: float, omega: FloatArray, speed: float) -> None:
-        """See the wheels' angular velocities [rad/s] and the speed [m/s]."""
-
-    def step(self, step: float) -> FloatArray:
-        """Torque of each axle over the next step [N.m]."""
+INPUTS = ("omega", "speed", "normal_load", "lateral_velocity", "spin_velocity", "friction_scale")
+OUTPUTS = ("creep_force", "lateral_force", "spin_moment")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +36,8 @@ class Run:
         Times of the rows [s].
     coordinates, rates : ndarray
         q and its rates at the rows.
-    torque, friction : ndarray
-        Torque of each motor over the step after a row [N.m], friction scale of each wheel [1].
+    torque : ndarray
+        Torque of each motor over the step after a row [N.m].
     motion : Motion
         Motion of the wheels at the rows.
     forces : ndarray
@@ -54,7 +49,6 @@ class Run:
     coordinates: FloatArray
     rates: FloatArray
     torque: FloatArray
-    friction: FloatArray
     motion: Motion
     forces: Forces
 
@@ -81,113 +75,115 @@ class Run:
         return np.asarray(v.quill_stiffness * twist + v.quill_damping * twisting)
 
 
+def inputs(element: cl.ForceElement, motion: Motion) -> FloatArray:
+    """Inputs of the force element at each wheel, in the order of INPUTS.
+
+    The element has one radius: its `omega` is the one that gives the true slip.
+    """
+    omega = (motion.speed + motion.slip) / element.radius
+    rest = motion.speed, motion.load, motion.lateral_velocity, motion.spin_velocity
+    return np.stack([omega, *rest, np.ones_like(omega)])
+
+
+@contextmanager
+def wheels(
+    locomotive: Locomotive, fmu: str | os.PathLike[str]
+) -> Iterator[Callable[[Motion, float, float], Forces]]:
+    """Mean forces over a step, of a motion, a time and a step, by an implicit FMU of eight wheels.
+
+    They are those that the element would have found inside an iteration.
+    """
+    folder = fmpy.extract(str(fmu))
+    description = fmpy.read_model_description(folder)
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    given, outputs = ([reference[name] for name in names] for names in (INPUTS, OUTPUTS))
+    # The two wheels of an axle push alike. Within a step neither the quill nor the primary
+    # springs answer: what moves is the wheelset alone.
+    mass = locomotive.vehicle.wheelset_mass
+    inverse = 2.0 * (locomotive.wheelset.radius**2 / locomotive.wheel_inertia + 1.0 / mass)
+    tool: Any = FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.modelName,
+        instanceName="wheels",
+    )
+
+    def forces(motion: Motion, time: float, step: float) -> Forces:
+        tool.setFloat64(given, inputs(locomotive.wheel, motion).ravel())
+        tool.doStep(time, step)
+        found = tool.getFloat64(outputs, nValues=len(OUTPUTS) * AXLES * 2)
+        return np.reshape(found, (len(OUTPUTS), AXLES, 2))
+
+    tool.instantiate()
+    tool.enterInitializationMode(startTime=0.0)
+    tool.setFloat64([reference["effective_inverse_mass"]], [inverse])
+    tool.exitInitializationMode()
+    try:
+        yield forces
+    finally:
+        tool.terminate()
+        tool.freeInstance()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def simulate(
     locomotive: Locomotive,
-    drive: Drive,
+    fmu: str | os.PathLike[str],
+    torque: cl.Profile,
     *,
     duration: float,
     step: float,
     speed: float = 10.0,
-    source: Source | None = None,
-    held: bool = False,
-    implicit: bool = False,
-    rails: cl.Track | None = None,
 ) -> Run:
-    """Run the locomotive from pure rolling.
+    """Run the locomotive from pure rolling; Exudyn holds the outer forces over each step.
 
     Parameters
     ----------
     locomotive : Locomotive
         Vehicle, wheelsets and track.
-    drive : Drive
-        Torques of the motors.
+    fmu : path
+        Its force element, exported with ``implicit=True, fmi_version=3, wheels=8``.
+    torque : Profile
+        Torque of every motor over time, at the axle [N.m].
     duration, step, speed : float
         Duration and step [s], and speed at the start [m/s].
-    source : Source, optional
-        Source of the wheels' forces. Default: contactlib's force element.
-    held : bool, optional
-        Whether the outer forces are found once, at the start of a step, and held over it, instead
-        of inside Exudyn's integrator.
-    implicit : bool, optional
-        Whether Exudyn integrates with its generalized-alpha method instead of Runge and Kutta's,
-        which needs fewer calls. It takes stiff forces, but held ones half a step late.
-    rails : Track, optional
-        Friction along the track, and its recovery by the slip work of the axles. Default: dry.
 
     Raises
     ------
-    ValueError
-        If a value is out of range, or the step is no whole fraction of the drive's sample time.
     RuntimeError
         If Exudyn gives up.
     """
-    for name, value in (("duration", duration), ("step", step), ("speed", speed)):
-        checked_number(name, value, POSITIVE)
-    source = Element(locomotive) if source is None else source
-    formulas = Formulas(locomotive)
     steps = round(duration / step)
-    samples = min(drive.sample_time / step, float(steps + 1))
-    per_sample = max(1, round(samples))
-    if abs(samples - per_sample) > 1e-6:
-        raise ValueError(
-            f"step = {step!r} s must be a whole fraction of the drive's sample time, "
-            f"{drive.sample_time!r} s"
-        )
-    at = locomotive.motion(np.zeros_like(locomotive.reference), locomotive.start(speed)).distance
-    state = cl.vehicle.RailState(cl.Track() if rails is None else rails, at)
     rows: list[tuple[FloatArray, ...]] = []
-    # Exudyn needs the first accelerations before the first step.
-    now = {
-        "torque": np.zeros(AXLES),
-        "friction": state.friction(at),
-        "outer": np.zeros(COORDINATES),
-    }
+    outer = np.zeros(COORDINATES)  # Exudyn needs the first accelerations before the first step
 
-    def found(q: FloatArray, rates: FloatArray) -> FloatArray:
-        _, given = formulas.wheels(q, rates)
-        of_wheels = source.forces(given, now["friction"], len(rows) * step, step)
-        return formulas.outer_forces(q, rates, of_wheels, now["torque"])
+    with wheels(locomotive, fmu) as wheel_forces:
 
-    def before_step(mbs: Any, time: float) -> bool:
-        row = len(rows)
-        q = np.array(mbs.systemData.GetODE2Coordinates())
-        rates = np.array(mbs.systemData.GetODE2Coordinates_t())
-        distance, given = formulas.wheels(q, rates)
-        omega, speed, _, across, turning = given
-        if row % per_sample == 0:
-            drive.sample(row * step, rates[SPIN], float(speed.mean()))
-        now["torque"], now["friction"] = drive.step(step), state.friction(distance)
-        rows.append((q, rates, now["torque"], now["friction"]))
-        if held or state.cleans:
-            of_wheels = creep, lateral, moment = source.forces(
-                given, now["friction"], row * step, step
-            )
-            slip = locomotive.wheel.radius * omega - speed
-            power = creep * slip - lateral * across - moment * turning
-            state.slide(distance, power / speed)
-        if held:
-            now["outer"] = formulas.outer_forces(q, rates, of_wheels, now["torque"])
-        return True
+        def before_step(mbs: Any, time: float) -> bool:
+            q = np.array(mbs.systemData.GetODE2Coordinates())
+            rates = np.array(mbs.systemData.GetODE2Coordinates_t())
+            time = len(rows) * step
+            driven = np.full(AXLES, torque(time + 0.5 * step))
+            rows.append((q, rates, driven))
+            motion = locomotive.motion(q, rates)
+            found = wheel_forces(motion, time, step)
+            outer[:] = outer_forces(locomotive, q, rates, motion, found, driven)
+            return True
 
-    mbs = build(
-        locomotive,
-        speed,
-        (lambda q, rates: now["outer"]) if held else found,
-    )
-    mbs.SetPreStepUserFunction(before_step)
-    settings = exudyn.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = steps
-    settings.timeIntegration.endTime = steps * step
-    settings.timeIntegration.verboseMode = 0
-    settings.solution.file.write = False
-    settings.timeIntegration.newton.useModifiedNewton = True
-    solvers = exudyn.DynamicSolverType
-    solver = solvers.GeneralizedAlpha if implicit else solvers.RK44
-    if not mbs.SolveDynamic(settings, solverType=solver):
-        raise RuntimeError(f"Exudyn gave up at {len(rows) * step:.6g} s")
-    before_step(mbs, steps * step)  # the last row
-    q, rates, torque, friction = (np.array(part) for part in zip(*rows, strict=True))
+        mbs = build(locomotive, speed, lambda: outer)
+        mbs.SetPreStepUserFunction(before_step)
+        settings = exudyn.SimulationSettings()
+        settings.timeIntegration.numberOfSteps = steps
+        settings.timeIntegration.endTime = steps * step
+        settings.timeIntegration.verboseMode = 0
+        settings.solution.file.write = False
+        if not mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44):
+            raise RuntimeError(f"Exudyn gave up at {len(rows) * step:.6g} s")
+        before_step(mbs, steps * step)  # the last row
+    q, rates, driven = (np.array(part) for part in zip(*rows, strict=True))
     motion = locomotive.motion(q, rates)
-    forces = Element(locomotive).forces(inputs(locomotive.wheel, motion), friction, 0.0, step)
+    given = dict(zip(INPUTS, inputs(locomotive.wheel, motion), strict=True))
+    at_rows = locomotive.wheel.evaluate(**given)
+    forces = np.stack([at_rows[name] for name in OUTPUTS])
     time = np.arange(steps + 1, dtype=np.float64) * step
-    return Run(locomotive, time, q, rates, torque, friction, motion, forces)
+    return Run(locomotive, time, q, rates, driven, motion, forces)

@@ -32,7 +32,6 @@ from .vehicle import (
     Forces,
     Locomotive,
     Motion,
-    cross,
     dot,
     vectors,
 )
@@ -75,10 +74,8 @@ def springs(locomotive: Locomotive) -> list[Spring]:
     return found
 
 
-def build(
-    locomotive: Locomotive, speed: float, forces: Callable[[FloatArray, FloatArray], FloatArray]
-) -> Any:
-    """Assembled Exudyn system in pure rolling; `forces` of coordinates and rates act on it."""
+def build(locomotive: Locomotive, speed: float, forces: Callable[[], FloatArray]) -> Any:
+    """Assembled Exudyn system in pure rolling; `forces` on all coordinates act on it."""
     v, mbs = locomotive.vehicle, exudyn.SystemContainer().AddSystem()
     at, rates = locomotive.reference, locomotive.start(speed)
     masses = [v.body_mass, *[v.bogie_mass] * 2, *[v.wheelset_mass] * AXLES]
@@ -121,7 +118,7 @@ def build(
     mbs.AddObject(
         ObjectGenericODE2(
             nodeNumbers=nodes,
-            forceUserFunction=lambda mbs, t, i, q, q_t: forces(np.array(q), np.array(q_t)),
+            forceUserFunction=lambda mbs, t, i, q, q_t: forces(),
         )
     )
     mbs.Assemble()
@@ -138,15 +135,15 @@ def outer_forces(
 ) -> FloatArray:
     """Generalized forces of wheels, motors of a torque at the axle [N.m], drawbar and train."""
     v, wheelset = locomotive.vehicle, locomotive.wheelset
-    found = np.zeros(COORDINATES, q.dtype)
+    found = np.zeros(COORDINATES)
     bodies = found[:42].reshape(7, 6)
     creep, lateral, moment = wheel_forces
     pushes = creep[..., None] * motion.forward[:, None] + lateral[..., None] * motion.left[:, None]
-    turns = cross(motion.arm, pushes).sum(axis=1)
+    turns = np.cross(motion.arm, pushes).sum(axis=1)
     turns[:, 2] += moment.sum(axis=1)
     turns -= v.conicity * (moment @ ENDS)[:, None] * motion.left  # as the normals lean
     driven, spin = dot(turns, motion.axle), rates[SPIN]
-    gyroscopic = (locomotive.wheel_inertia * spin)[:, None] * cross(motion.turning, motion.axle)
+    gyroscopic = (locomotive.wheel_inertia * spin)[:, None] * np.cross(motion.turning, motion.axle)
     turns = turns - driven[:, None] * motion.axle - gyroscopic
     bodies[3:, :3] = pushes.sum(axis=1)
     bodies[3:, 3:] = (motion.axes[3:] * turns[:, None]).sum(axis=-1)
@@ -162,7 +159,7 @@ def outer_forces(
     place, axes = q[:3] + locomotive.reference[:3] + hook, motion.axes[0]
     pull, forward = drawbar(locomotive, place, rates, hook, axes, q[TRAIN:])
     bodies[0, :3] = -pull * forward
-    bodies[0, 3:] = axes @ cross(hook, bodies[0, :3])
+    bodies[0, 3:] = axes @ np.cross(hook, bodies[0, :3])
     # Its constant part turns its sign at standstill, smoothly.
     davis, speed = wheelset.resistance, rates[TRAIN:]
     along = davis.constant * np.tanh(speed / wheelset.element.minimum_speed)
@@ -181,7 +178,7 @@ def drawbar(
 ) -> tuple[FloatArray, FloatArray]:
     """Pull on the train [N] and its direction along the track, with the hook's end at a place."""
     v, k = locomotive.vehicle, locomotive.alignment.curvature
-    velocity = moving[:3] + cross(moving[3:6] @ axes, hook)
+    velocity = moving[:3] + np.cross(moving[3:6] @ axes, hook)
     distance, offset = locomotive.alignment.of(place[:1], place[1:2])
     heading = k * distance
     # What does work along the track's centre does it on a shorter or longer way beside it.
