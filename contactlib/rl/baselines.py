@@ -50,14 +50,14 @@ class ControllerPolicy:
             one.controller(controller)
             if isinstance(controller, str)
             else checked_controller("controller", controller)
-            for one in env.wheelsets.scenarios
+            for one in env.scenarios
         ]
         if len({structure(one) for one in controls}) > 1:
             raise ValueError(f"controller = {controller!r} must be of one kind in all scenarios")
         times = {one.sample_time for one in controls}
-        if times != {env.wheelsets.sample_time}:
+        if times != {env.sample_time}:
             raise ValueError(
-                f"sample_time = {env.wheelsets.sample_time!r} of the environment must be the "
+                f"sample_time = {env.sample_time!r} of the environment must be the "
                 f"controller's, {sorted(times)} s"
             )
         self._env, self._control, self._memory = env, stacked(controls), None

@@ -1,30 +1,4 @@
-"""The plant as Gymnasium environments: one wheelset, or many side by side.
-
-*Observation*: the measurement of the sensors and never the truth: the demand, the torque that the
-drive was commanded last, the vehicle speed and the slip speed (wheel minus vehicle), each over its
-scale in `Scales`, as 32-bit numbers.
-
-*Action*: the torque / the driver's demand, from 0 to 1, held until the next sample.
-
-*Reward* of a step, from the state at its end and the slip work W within it:
-
-    1 - L/Q_a - slip_cost W/(Q_a V dt)
-
-Q_a is the force that friction allows, at least a hundredth of the grip; V is the vehicle's speed,
-at least 1 m/s; and L = max(Q_t - s Q, 0) is the lack of creep force in the demand's direction, s Q,
-of the force that could be transmitted, Q_t (see `contactlib.runs.Metrics`). While friction limits
-the force, 1 - L/Q_a is the share of it that is used, whose mean is the limited utilisation; without
-a lack it is 1. The last term is the work lost in slip / the work that Q_a does in the same time.
-
-*Termination*: the integrator gave up. *Truncation*: the scenario's duration is over.
-
-*Copies*: `copy.deepcopy`, `copy.copy` and `pickle` of an environment or its `unwrapped` give
-independent ones that continue with the same bits, noise included. (`copy.copy` of a wrapper of
-Gymnasium copies the wrapper alone.)
-
-*Seeds*: `reset(seed=7)` draws the sensors' noise of `run_scenario(index=7)`, and of wheelset i of
-many that of index 7 + i. Without a seed the index is random, from the environment's generator.
-"""
+"""The plant as Gymnasium environments: one wheelset, or many side by side."""
 
 from __future__ import annotations
 
@@ -87,24 +61,10 @@ class Scales(NamedTuple):
     slip_speed: float = 0.1
 
 
-class Wheelsets:
+class _Wheelsets:
     """Wheelsets of an environment as arrays of shape (n,): a plant with observation and reward.
 
-    Parameters
-    ----------
-    scenarios : sequence of Scenario
-        One for each wheelset, of one duration.
-    sample_time, step, tolerance
-        As for `Plant`, but by default as for `run_many`: accurate enough to learn, and fast.
-    scales : Scales, optional
-        Scales of the observation. Default: the scenarios' largest demand, 10 m/s and 0.1 m/s.
-    slip_cost : float
-        Weight of the slip work in the reward [1].
-
-    Raises
-    ------
-    ValueError
-        As `Plant` does; if durations differ, or a scale is not positive.
+    Copies, shallow ones too, and pickles are independent and go on with the same bits.
     """
 
     def __init__(
@@ -121,7 +81,7 @@ class Wheelsets:
         if step is None:
             step = min(default_step(one, LONGEST_STEP) for one in distinct)
         self.plant = Plant(scenarios, sample_time=sample_time, step=step, tolerance=tolerance)
-        self.scenarios = scenarios
+        self.scenarios, self.sample_time = scenarios, float(sample_time)
         durations = sorted({one.duration for one in distinct})
         if len(durations) > 1:
             raise ValueError(f"scenarios have durations of {durations} s: they must be equal")
@@ -133,18 +93,28 @@ class Wheelsets:
             *(checked_number(f"scales.{k}", v, POSITIVE) for k, v in scales._asdict().items())
         )
         self._slip_cost = checked_number("slip_cost", slip_cost, NOT_NEGATIVE)
-        self.sample_time = float(sample_time)
         self._vehicles = Vehicles.of(self.plant.trains)
-        torque, speed, slip = self.scales
         self._doubted = False
-        self._divisors = np.array([torque, torque, speed, slip])
+        self._divisors = np.array([self.scales.torque, *self.scales])
         highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
+        # Rounding to 32 bits does not exceed these bounds.
+        bound = np.nextafter(highest.astype(np.float32), np.float32(np.inf))
+        self._observations = gymnasium.spaces.Box(-bound, bound, dtype=np.float32)
+        self._actions = gymnasium.spaces.Box(0.0, 1.0, (1,), np.float32)
         self._measured: Measurement[FloatArray] | None = None
-        self.space = gymnasium.spaces.Box(*_rounded_out(highest), dtype=np.float32)
+
+    def __copy__(self) -> Self:
+        """A deep copy, as a shallow one would step the same wheelsets."""
+        return deepcopy(self)
 
     @property
-    def measured(self) -> Measurement[FloatArray]:
-        """The present measurement.
+    def time(self) -> float:
+        """Time of the present sample [s]."""
+        return self.plant.time
+
+    @property
+    def measurement(self) -> Measurement[FloatArray]:
+        """The present measurement, as a controller gets it: arrays of shape (n,).
 
         Raises
         ------
@@ -155,14 +125,17 @@ class Wheelsets:
             raise gymnasium.error.ResetNeeded("call reset first: it begins an episode")
         return self._measured
 
-    def begin(self, index: int) -> tuple[NDArray[np.float32], Info]:
-        """Begin again with the run of an index and those that follow."""
+    def _begin(
+        self, generator: np.random.Generator, seed: int | None
+    ) -> tuple[NDArray[np.float32], Info]:
+        """Begin again with the run of the index `seed`, by default a random one, and the next."""
+        index = int(generator.integers(DRAWN)) if seed is None else seed
         self._measured = self.plant.reset(index)
         rows = DerivedRows(self.plant.now(), self._vehicles)
         self._work = rows["creep_work"][0]
         return self._observed(), self._info(rows)
 
-    def torque(self, action: Any) -> FloatArray:
+    def _torque(self, action: Any) -> FloatArray:
         """Torques of an action, shares of the demand from 0 to 1 [N.m].
 
         Raises
@@ -174,13 +147,13 @@ class Wheelsets:
         if share.shape not in ((n, 1), (n,)):
             raise ValueError(f"action has the shape {share.shape}: must be ({n}, 1)")
         share = share.reshape(n)
-        return np.minimum(np.maximum(share, 0.0), 1.0) * self.measured.demand
+        return np.minimum(np.maximum(share, 0.0), 1.0) * self.measurement.demand
 
-    def hold(
+    def _held(
         self, torque: Any
     ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], bool, Info]:
         """Hold a torque until the next sample [N.m]: what `step` of an environment returns."""
-        _ = self.measured  # an episode has begun
+        _ = self.measurement  # an episode has begun
         self._measured = self.plant.step(torque)
         rows = DerivedRows(self.plant.now(), self._vehicles)
         used, possible = (signal[0] for signal in rows.transmittable)
@@ -203,7 +176,7 @@ class Wheelsets:
                 return
 
     def _observed(self) -> NDArray[np.float32]:
-        seen = plausible(self.measured)
+        seen = plausible(self.measurement)
         slip = seen.wheel_speed - seen.vehicle_speed
         rows = np.stack([seen.demand, seen.torque, seen.vehicle_speed, slip], axis=-1)
         return np.asarray(rows / self._divisors, dtype=np.float32)
@@ -212,51 +185,11 @@ class Wheelsets:
         return {name: np.array(rows[name][0]) for name in TRUTH}
 
 
-def _rounded_out(highest: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Bounds of observations, which rounding to 32 bits does not exceed."""
-    bound = np.nextafter(highest.astype(np.float32), np.float32(np.inf))
-    return -bound, bound
-
-
-def _action_space() -> gymnasium.spaces.Box:
-    return gymnasium.spaces.Box(0.0, 1.0, (1,), np.float32)
-
-
 def _loaded(scenario: Scenario | str) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
-def _first(generator: np.random.Generator, seed: int | None) -> int:
-    """Index of the first run."""
-    return int(generator.integers(DRAWN)) if seed is None else seed
-
-
-class _OfWheelsets:
-    """What both forms of the environment have in common."""
-
-    wheelsets: Wheelsets
-
-    def __copy__(self) -> Self:
-        """A deep copy, as a shallow one would step the same wheelsets."""
-        return deepcopy(self)
-
-    @property
-    def scales(self) -> Scales:
-        """Scales of the observation."""
-        return self.wheelsets.scales
-
-    @property
-    def time(self) -> float:
-        """Time of the present sample [s]."""
-        return self.wheelsets.plant.time
-
-    @property
-    def measurement(self) -> Measurement[FloatArray]:
-        """The present measurement, as a controller gets it: arrays of shape (n,)."""
-        return self.wheelsets.measured
-
-
-class TractionEnv(_OfWheelsets, gymnasium.Env[Any, Any]):
+class TractionEnv(_Wheelsets, gymnasium.Env[Any, Any]):
     """One wheelset of a scenario as a Gymnasium environment.
 
     The observation is (demand, commanded torque, vehicle speed, slip speed) as the sensors measure
@@ -264,12 +197,20 @@ class TractionEnv(_OfWheelsets, gymnasium.Env[Any, Any]):
 
         1 - lack of force / available force - slip_cost * slip work / work of the available force
 
-    which is at most 1. The episode terminates if the integrator gives up, and is truncated at the
+    from the state at its end and the slip work within it, which is at most 1. The available force
+    counts as at least a hundredth of the grip, the vehicle speed as at least 1 m/s. The lack of
+    force is what is missing of the one that could be transmitted (`contactlib.runs.Metrics`): while
+    friction limits the force, the mean of the first two terms is the limited utilisation.
+
+    The episode terminates if the integrator gives up, and is truncated at the
     scenario's duration. The info contains the truth, in the signals of `run_scenario`: "speed",
     "creepage", "creep_force", "available_force", "commanded_torque" and "falling_branch".
 
     `reset(seed=7)` draws the sensors' noise of `run_scenario(scenario, ..., index=7)`; with the
-    same torques, `step` and `tolerance` the run is the same to the last bit.
+    same torques, `step` and `tolerance` the run is the same to the last bit. Without a seed the
+    index is random. `copy.deepcopy`, `copy.copy` and `pickle` of an environment or its `unwrapped`
+    give independent ones that continue with the same bits. (`copy.copy` of a wrapper of Gymnasium
+    copies the wrapper alone.)
 
     ``gymnasium.make("contactlib/Traction-v1", scenario="dry_wet_dry.toml")`` makes one too, after
     ``import contactlib.rl``.
@@ -319,24 +260,24 @@ class TractionEnv(_OfWheelsets, gymnasium.Env[Any, Any]):
     metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
 
     def __init__(self, scenario: Scenario | str, **settings: Any) -> None:
-        self.wheelsets = Wheelsets([_loaded(scenario)], **settings)
-        self.observation_space, self.action_space = self.wheelsets.space, _action_space()
+        super().__init__([_loaded(scenario)], **settings)
+        self.observation_space, self.action_space = self._observations, self._actions
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], Info]:
         """Begin an episode; the seed is the index of its noise."""
         super().reset(seed=seed)
-        observed, info = self.wheelsets.begin(_first(self.np_random, seed))
+        observed, info = self._begin(self.np_random, seed)
         return observed[0], _alone(info)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Hold a share of the demand until the next sample [1]."""
-        return self.hold(self.wheelsets.torque(action))
+        return self.hold(self._torque(action))
 
     def hold(self, torque: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """As `step`, with a torque [N.m]: a share cannot give every torque to the last bit."""
-        observed, reward, failed, over, info = self.wheelsets.hold(torque)
+        observed, reward, failed, over, info = self._held(torque)
         return observed[0], float(reward[0]), bool(failed[0]), over, _alone(info)
 
 
@@ -344,7 +285,7 @@ def _alone(info: Info) -> Info:
     return {name: float(value[0]) for name, value in info.items()}
 
 
-class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
+class TractionVectorEnv(_Wheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many wheelsets, stepped side by side in C, as a Gymnasium vector environment.
 
     Observation, action, reward and info are those of `TractionEnv`, with a row for each wheelset;
@@ -396,15 +337,14 @@ class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any])
         if not several:
             raise ValueError("scenario = [] is too short: an environment has at least one")
         given = [_loaded(one) for one in several]
-        wheelsets = [given[i % len(given)] for i in range(self.num_envs)]
-        self.wheelsets = Wheelsets(wheelsets, **settings)
+        super().__init__([given[i % len(given)] for i in range(self.num_envs)], **settings)
         self.metadata = {
             "render_modes": [],
             "autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP,
         }
         batch = gymnasium.vector.utils.batch_space
-        self.single_observation_space = self.wheelsets.space
-        self.single_action_space = _action_space()
+        self.single_observation_space = self._observations
+        self.single_action_space = self._actions
         self.observation_space = batch(self.single_observation_space, self.num_envs)
         self.action_space = batch(self.single_action_space, self.num_envs)
         self._over = False
@@ -428,13 +368,13 @@ class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any])
             )
         super().reset(seed=seed)
         self._over = False
-        return self.wheelsets.begin(_first(self.np_random, seed))
+        return self._begin(self.np_random, seed)
 
     def step(
         self, actions: Any
     ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], NDArray[np.bool_], Info]:
         """Hold shares of the demand until the next sample [1], shape (n, 1)."""
-        return self.hold(self.wheelsets.torque(actions))
+        return self.hold(self._torque(actions))
 
     def hold(
         self, torque: Any
@@ -444,7 +384,7 @@ class TractionVectorEnv(_OfWheelsets, gymnasium.vector.VectorEnv[Any, Any, Any])
         if self._over:
             observed, info = self.reset()
             return observed, np.zeros(self.num_envs), none, none.copy(), info
-        observed, reward, failed, over, info = self.wheelsets.hold(torque)
+        observed, reward, failed, over, info = self._held(torque)
         self._over = over or bool(failed.any())
         return observed, reward, failed, ~failed if self._over else none, info
 

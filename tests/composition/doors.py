@@ -538,7 +538,7 @@ def environment(case: Case) -> None:
     env = rl.TractionEnv(case.scenario, step=5e-3, tolerance=1e-7)
     env.reset(seed=0)
     for creepage in run["creepage"][2::2]:
-        *_, info = env.hold(env.wheelsets.measured.demand)
+        *_, info = env.hold(env.measurement.demand)
         assert info["creepage"] == creepage
 
 

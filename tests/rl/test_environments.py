@@ -132,7 +132,7 @@ def test_the_reward_counts_what_the_metrics_count(patch: cl.Scenario) -> None:
     without.reset(seed=4)
     reward, truncated, (_, info) = 0.0, False, env.reset(seed=4)
     while not truncated:
-        rows = DerivedRows(env.wheelsets.plant.now(), Vehicles.of([patch.drivetrain]))
+        rows = DerivedRows(env.plant.now(), Vehicles.of([patch.drivetrain]))
         limited = rows.limited[0, 0] and env.time > 0.0
         torque, before = policy.torque(), env.time
         if limited:
@@ -196,14 +196,14 @@ def test_a_step_needs_a_reset(patch: cl.Scenario) -> None:
 def test_where_an_integrator_gives_up_all_episodes_end(patch: cl.Scenario) -> None:
     envs = rl.TractionVectorEnv(patch, 3)
     envs.reset(seed=1)
-    envs.wheelsets.plant.failed[1] = True
+    envs.plant.failed[1] = True
     _, rewards, terminated, truncated, _ = envs.step(np.ones((3, 1)))
     assert terminated.tolist() == [False, True, False]
     assert truncated.tolist() == [True, False, True]
     assert rewards[1] == 0.0
     envs.step(np.ones((3, 1)))
     assert envs.time == 0.0
-    assert not envs.wheelsets.plant.failed.any()
+    assert not envs.plant.failed.any()
 
 
 @pytest.mark.parametrize(
