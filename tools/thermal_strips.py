@@ -51,7 +51,6 @@ from contactlib.figures.style import (
     paint,
     percent,
     styled,
-    thermal_setting,
 )
 from contactlib.laws import ContactHeat, Softening, ThermalContact
 from contactlib.laws.cohesive_zone import ConvergenceError
@@ -321,7 +320,7 @@ def draw_strips(contact: ThermalContact, creepages: tuple[float, ...], speed: fl
         legend, height = {"loc": "upper right"}, (0.0, top)
         temperature = "temperature above ambient  [K]"
         labelled(right, place, temperature, xlim=limits, ylim=height, legend=legend)
-        add_caption(figure, f"{ALONG.format(speed=speed)} {thermal_setting(contact)}")
+        add_caption(figure, ALONG.format(speed=speed))
     return figure
 
 

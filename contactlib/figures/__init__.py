@@ -2,7 +2,6 @@
 
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures
-from contactlib.figures.heat import stability_over_speed, thermal_curves
 from contactlib.figures.maps import draw_maps, map_figure
 from contactlib.figures.paper import (
     CONTACT_PATCH,
@@ -15,7 +14,7 @@ from contactlib.figures.paper import (
     figure_5,
     figure_6,
 )
-from contactlib.figures.patch import contact_patch, contact_patches
+from contactlib.figures.patch import contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import Units, comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
@@ -34,7 +33,6 @@ __all__ = [
     "Units",
     "captions",
     "comparison",
-    "contact_patch",
     "contact_patches",
     "creep_curve",
     "draw_maps",
@@ -53,8 +51,6 @@ __all__ = [
     "save_pictures",
     "scenario_run",
     "sensor_errors",
-    "stability_over_speed",
-    "thermal_curves",
     "time_histories",
     "vehicle_comparison",
     "vehicle_creep_curve",

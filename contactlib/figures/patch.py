@@ -64,17 +64,15 @@ def patch_traction(law: Law, normalized_creepage: float) -> Patch:
     return Patch(mirrored(xi), mirrored(eta, -1.0), mirrored(traction), mirrored(c)[:, 0])
 
 
-def contact_patch(
-    law: Law, normalized_creepage: float, *, axes_ratio: float = 2.0, clip: float = 2.2
-) -> Figure:
-    """Shear traction on the contact ellipse at one creepage.
+def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> Figure:
+    """Shear traction on the contact ellipse before, at and past the peak of the creep force.
+
+    The creepages are 0.6, 1 and 1.6 times that of the law's peak.
 
     Parameters
     ----------
     law : CarterGriffith or CohesiveZone
         A law of an elliptic contact.
-    normalized_creepage : float
-        x [1], above zero.
     axes_ratio : float, optional
         b/a, width across the rolling direction / length along it [1]; strip theory assumes that it
         is large.
@@ -87,32 +85,15 @@ def contact_patch(
     ValueError
         If the law's contact is not an ellipse, or a number is not above zero.
     """
-    with styled({"hatch.linewidth": 0.5}):
-        figure, axes = new_figure(4.6, 5.6)
-        _draw(figure, [axes], law, [normalized_creepage], axes_ratio, clip)
-        axes.set_title(_creepage(normalized_creepage))
-    return figure
-
-
-def contact_patches(law: Law, *, axes_ratio: float = 2.0, clip: float = 2.2) -> Figure:
-    """Shear traction on the contact ellipse before, at and past the peak of the creep force.
-
-    The creepages are 0.6, 1 and 1.6 times that of the law's peak. Parameters and errors are those
-    of `contact_patch`.
-    """
     headings = {0.6: "Before the peak", 1.0: "At the peak", 1.6: "Past the peak"}
     creepages = [share * law.peak.normalized_creepage for share in headings]
     with styled({"hatch.linewidth": 0.5}):
         figure, grid = new_figure(9.6, 5.9, ncols=3, sharey=True)
         _draw(figure, grid, law, creepages, axes_ratio, clip)
         for axes, heading, x in zip(grid, headings.values(), creepages, strict=True):
-            axes.set_title(f"{heading}: {_creepage(x)}")
+            axes.set_title(rf"{heading}: $\zeta/\zeta_0$ = {x:.2f}")
         add_caption(figure, f"{CAPTION} k_hat {law.k_hat:g}, $b/a$ {axes_ratio:g}.")
     return figure
-
-
-def _creepage(x: float) -> str:
-    return rf"$\zeta/\zeta_0$ = {x:.2f}"
 
 
 def _draw(

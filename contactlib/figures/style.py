@@ -25,8 +25,7 @@ from contactlib.element.force_element import ForceElement
 from contactlib.kernel import process_zone_limit
 from contactlib.laws.friction import EXPONENTIAL
 from contactlib.laws.hertz import Contact, EllipticContact
-from contactlib.laws.scales import k_hat, process_zone_ratio
-from contactlib.laws.thermal_contact import ThermalContact
+from contactlib.laws.scales import process_zone_ratio
 from contactlib.runs.result import Result
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.wheelset import Wheelset
@@ -470,29 +469,6 @@ def _shape_setting(contact: Contact) -> list[str]:
         f"$E^*$ {1e-9 * contact.contact_modulus:.4g} GPa",
         f"Poisson {contact.poisson_ratio:.3g}",
     ]
-
-
-def thermal_setting(thermal: ThermalContact) -> str:
-    """Parameters of a contact with thermal softening, for a caption."""
-    heat, friction, softening = thermal.heat, thermal.friction, thermal.softening
-    bodies = {"wheel": (heat.wheel, heat.wheel_temperature)}
-    bodies["rail"] = (heat.rail, heat.rail_temperature)
-    parts = [
-        f"k_hat {k_hat(heat.contact, friction):.3g}",
-        f"f_s {friction.static:.3g}",
-        f"f_d {friction.kinetic:.3g}",
-        *_shape_setting(heat.contact),
-        f"$P$ {1e-3 * heat.contact.normal_load:.4g} kN",
-        f"friction times {softening.share[-1]:.3g} at {softening.temperature[-1]:.4g} K",
-    ]
-    if thermal.slope_reduction != 1.0:
-        parts.append(f"slope reduction {thermal.slope_reduction:.3g}")
-    for name, (material, rise) in bodies.items():
-        effusivity = f"{1e-3 * material.effusivity:.4g} kW s$^{{0.5}}$/(m$^2$ K)"
-        parts.append(f"effusivity of the {name} {effusivity}")
-        if rise:
-            parts.append(f"{name} {rise:.4g} K above ambient")
-    return _listed(parts)
 
 
 def _friction_setting(element: ForceElement) -> list[str]:

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import contact_patch, contact_patches
+from contactlib.figures import contact_patches
 from contactlib.figures.patch import patch_traction
 
 K = 0.3
@@ -55,8 +55,8 @@ def test_patches_name_what_they_show() -> None:
 
 
 def test_patch_without_stick_or_singularity_reports_it() -> None:
-    figure = contact_patch(cl.CarterGriffith(k_hat=0.0, contact="elliptic"), 1.2, axes_ratio=1.5)
-    axes, bar = figure.axes
+    figure = contact_patches(cl.CarterGriffith(k_hat=0.0, contact="elliptic"), axes_ratio=1.5)
+    *_, axes, bar = figure.axes  # past the peak
     assert "stick" not in {text.get_text() for text in axes.texts}
     assert "clipped" not in bar.get_ylabel()
     top = np.asarray(axes.lines[-1].get_ydata()).max()
@@ -65,18 +65,13 @@ def test_patch_without_stick_or_singularity_reports_it() -> None:
 
 def test_patch_of_a_line_is_refused() -> None:
     with pytest.raises(ValueError, match=r"law\.contact = 'line' must be 'elliptic'"):
-        contact_patch(cl.CarterGriffith(k_hat=K), 0.5)
+        contact_patches(cl.CarterGriffith(k_hat=K))
 
 
-@pytest.mark.parametrize(
-    ("x", "options", "named"),
-    [
-        (0.0, {}, "normalized_creepage"),
-        (0.5, {"axes_ratio": 0.0}, "axes_ratio"),
-        (0.5, {"clip": -1.0}, "clip"),
-    ],
-)
-def test_patch_needs_numbers_above_zero(x: float, options: dict[str, float], named: str) -> None:
+def test_patch_needs_numbers_above_zero() -> None:
     law = cl.CarterGriffith(k_hat=K, contact="elliptic")
-    with pytest.raises(ValueError, match=f"{named} = .* > 0"):
-        contact_patch(law, x, **options)
+    with pytest.raises(ValueError, match=r"normalized_creepage = .* > 0"):
+        patch_traction(law, 0.0)
+    for name, value in {"axes_ratio": 0.0, "clip": -1.0}.items():
+        with pytest.raises(ValueError, match=f"{name} = .* > 0"):
+            contact_patches(law, **{name: value})
