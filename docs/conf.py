@@ -27,6 +27,7 @@ extensions = [
 exclude_patterns = ["**/.ipynb_checkpoints"]
 
 highlight_language = "none"  # a page names the language of a block that is not of a shell
+suppress_warnings = ["myst-nb.lexer"]  # with nb_execution_mode=off no kernel names its language
 nitpicky = True  # a link that leads nowhere is a warning, and -W makes it an error
 default_role = "py:obj"  # `Name` in a docstring leads to it if the guide has it
 

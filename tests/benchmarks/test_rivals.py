@@ -118,7 +118,7 @@ def test_fastsim_converges_to_its_theory_has_kalkers_slope_and_depends_on_no_dir
 @pytest.mark.usefixtures("compiler")
 def test_lateral_and_spin_force_is_nearer_to_contact_than_its_rivals() -> None:
     """And its errors are those that the guide states."""
-    page = (Path(__file__).parents[2] / "docs/howto/lateral_spin.md").read_text("utf-8")
+    page = (Path(__file__).parents[2] / "docs/explanation/validation.md").read_text("utf-8")
     rows = {"long": "longitudinal", "comb30": "both, 30 degrees", "latspin": "spin and lateral"}
     # Tables of our own law have its error, and what interpolation adds.
     for group, errors in bench_lateral_spin.lateral_spin_errors().items():

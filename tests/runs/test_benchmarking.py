@@ -23,7 +23,7 @@ from contactlib.runs.benchmarking import RANGES, SHIPPED, VERSION, WHOLE, Extent
 from contactlib.runs.tuning import UNSEEN
 from contactlib.traction import Measurement
 
-LEARNING = ROOT / "docs" / "explanation" / "learning.md"
+PAGE = ROOT / "docs" / "howto" / "benchmark.md"
 INPUTS = {
     2: "12569604130e8f79485eeea7bf521a2f23109c0914534c18f166d2b749fbf703"
 }  # digest of what a version runs
@@ -83,9 +83,9 @@ def test_tracks_are_drawn_by_seed_within_the_ranges(monkeypatch: pytest.MonkeyPa
     spread(RANGES.held, steps[4] - steps[2])
 
 
-@pytest.mark.skipif(not LEARNING.is_file(), reason="the tree that it is of is not here")
+@pytest.mark.skipif(not PAGE.is_file(), reason="the tree that it is of is not here")
 def test_the_guide_gives_the_ranges_and_the_version() -> None:
-    page = LEARNING.read_text().partition("## The benchmark")[2]
+    page = PAGE.read_text()
     rows = [line for line in page.splitlines() if line.startswith("| ") and " to " in line]
     given = [[float(x) for x in row.split("|")[-2].split()[:3:2]] for row in rows]
     kept = [getattr(RANGES, name) for name in RANGES._fields if name != "gap"]  # that of `first`
