@@ -67,7 +67,8 @@ def test_the_page_of_names_has_all_that_are_on_top() -> None:
 
 STATED = {  # largest errors of a force against CONTACT, wherever the guide has them
     "../README.md": r"within ([\d.]+) with .*without spin; with spin \| 1e-12; fitted \| ([\d.]+);",
-    "explanation/validation.md": r"\| spin, alone .*? \| ([\d.]+) .*\| both, 30 degrees \| ([\d.]+) ",
+    "explanation/validation.md": r"\| spin, alone .*? \| ([\d.]+) .*"
+    r"\| both, 30 degrees \| ([\d.]+) ",
     "explanation/speed.md": r"constant friction \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) \|"
     r".*without spin \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) ",
 }
