@@ -69,6 +69,7 @@ STATED = {  # largest errors of a force against CONTACT, wherever the guide has 
     "../README.md": r"within ([\d.]+) with .*without spin; with spin \| 1e-12; fitted \| ([\d.]+);",
     "explanation/validation.md": r"\| spin, alone .*? \| ([\d.]+) .*"
     r"\| both, 30 degrees \| ([\d.]+) ",
+    "howto/lateral_spin.md": r"right to ([\d.]+) of .*, and to ([\d.]+) without",
     "explanation/speed.md": r"constant friction \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) \|"
     r".*without spin \| 0.\d+ us \| 0.\d+ us \| ([\d.]+) ",
 }
