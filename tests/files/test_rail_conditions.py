@@ -275,13 +275,6 @@ def test_sweeps_vary_the_numbers_of_a_condition(tmp_path: Path) -> None:
         cl.load_sweep(one_axis(tmp_path, 'parameter = "track.condition"\nvalues = [1.0]', rails))
 
 
-def test_the_explorer_page_refuses_a_condition(tmp_path: Path) -> None:
-    model(tmp_path, 'condition = "wet"')
-    result = call("explore", tmp_path / "m.toml", "--no-open", "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "friction.condition = 'wet': the page has no names of rails" in result.stderr
-
-
 def test_the_command_lists_all_of_them() -> None:
     lines = done("conditions").output.splitlines()
     assert [line.partition(":")[0] for line in lines if not line.startswith(" ")] == (
