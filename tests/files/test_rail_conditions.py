@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import call, done
+from command_line import done
 from scipy.optimize import brentq
 from sweep_files import SCENARIO, axis_values, one_axis
 
