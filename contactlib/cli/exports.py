@@ -317,8 +317,9 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
 
 
 @click.command()
-def conditions() -> None:
-    """List the rails that `condition` in a model or scenario file can name.
+@click.argument("files", nargs=-1, type=click.Path(path_type=Path))
+def conditions(files: tuple[Path, ...]) -> None:
+    """List the rails that `condition` in a model or scenario file can name, or those of FILES.
 
     Each is a published parameter set. Below its name are the keys that it gives, the source with
     its table or figure, vehicle and speed, what was fitted, and the largest deviation of the
@@ -326,10 +327,10 @@ def conditions() -> None:
     """
     from contactlib.files.rail_conditions import condition_names, load_condition
 
-    for key in condition_names():
+    for key in files or condition_names():
         rail = load_condition(key)
         values = {**rail.friction, **rail.wheelset}
-        print_line(f"{key}: {rail.name}")
+        print_line(f"{rail.key}: {rail.name}")
         print_line(f"  {', '.join(f'{name} = {value:g}' for name, value in values.items())}")
         if rail.law:
             reductions = ", ".join(f"{name} = {value:g}" for name, value in rail.law.items())
@@ -339,7 +340,8 @@ def conditions() -> None:
         print_line(f"  read in: {rail.read_in}")
         print_line(f"  vehicle: {rail.vehicle}; speed: {rail.speed}")
         print_line(f"  fitted: {rail.fitted}")
-        print_line(f"  largest deviation: {rail.compared.deviation:g}")
+        if rail.comparison:
+            print_line(f"  largest deviation: {rail.compared.deviation:g}")
 
 
 EXPORTS = (table, new, fmu, kernel, figures, explore, conditions)

@@ -125,6 +125,13 @@ def _checked_text(model: str | os.PathLike[str]) -> str:
         kind = law.get("kind", "carter_griffith") if isinstance(law, dict) else None
         if isinstance(kind, str) and kind != "carter_griffith":
             raise ValueError(f"law.kind = {kind!r}: the page shows 'carter_griffith' only")
+        friction = data.get("friction", {})
+        rails = friction.get("condition", "") if isinstance(friction, dict) else ""
+        if str(rails).endswith(".toml"):
+            raise ValueError(
+                f"friction.condition = {rails!r}: the page knows the shipped rails only; write the "
+                "numbers of that file into the model"
+            )
     loaded = load_model(model)
     if isinstance(loaded.wheelset, Missing):
         raise ModelError(f"{os.fspath(model)}: {loaded.wheelset.lacking}")

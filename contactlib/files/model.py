@@ -14,7 +14,7 @@ from contactlib.base.text import harmless_line
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.element.force_element import ForceElement
 from contactlib.files.mistakes import Mistakes, ModelError
-from contactlib.files.rail_conditions import with_condition
+from contactlib.files.rail_conditions import with_condition, with_condition_file
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
@@ -176,7 +176,7 @@ def load_model(
     with loading(path):
         file = model_path(path)
         data = {"name": harmless_line(file.stem), **parse(file)}
-        return build_model(data, file.parent, table, progress)
+        return build_model(with_condition_file(data, file.parent), file.parent, table, progress)
 
 
 def build_model(

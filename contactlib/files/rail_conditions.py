@@ -1,15 +1,18 @@
 """Rails with names: published parameter sets of dry, wet and contaminated rails.
 
-A condition is a file of ``models/conditions``. It gives keys of a model file that describe the
-rail: friction and its fall with slip speed in ``[friction]``, the initial slope or a layer in
-``[wheelset]``, and the reductions of Polach's formula in ``[law]``.
+A condition is a file of ``models/conditions``, or one of your own beside the file that names it. It
+gives keys of a model file that describe the rail: friction and its fall with slip speed in
+``[friction]``, the initial slope or a layer in ``[wheelset]``, and the reductions of Polach's
+formula in ``[law]``.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 from contactlib.base.quantities import (
@@ -25,6 +28,7 @@ from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
     check_keys,
     doubt,
+    file_beside,
     in_file,
     model_path,
     named,
@@ -86,8 +90,11 @@ class RailCondition:
     ----------
     key : str
         Its name in files.
-    name, source, table : str
-        What it is, where it was published, and which table or figure has the numbers.
+    name, source : str
+        What it is, and where it was published or measured.
+    table : str
+        Which table or figure has the numbers. Like all that follows but friction, a file of your
+        own may leave it out.
     read_in : str
         The text in which the numbers were read.
     vehicle, speed : str
@@ -98,7 +105,7 @@ class RailCondition:
         Keys of these sections of a model file, in SI units.
     contact : mapping
         Contact of the comparison.
-    compared : Comparison
+    comparison : Comparison or None
         Comparison with the source.
 
     Examples
@@ -121,7 +128,7 @@ class RailCondition:
     law: Mapping[str, Any]
     wheelset: Mapping[str, Any]
     contact: Mapping[str, Any]
-    compared: Comparison
+    comparison: Comparison | None
 
     @cached_property
     def element(self) -> ForceElement:
@@ -136,13 +143,20 @@ class RailCondition:
     @cached_property
     def points(self) -> TractionData | None:
         """The source's points, if it has any."""
-        if self.compared.file is not None:
-            path = model_path(self.compared.file)
-            return TractionData.from_csv(path, speed=self.compared.speed)
-        if not self.compared.creepage:
+        compared = self.compared
+        if compared.file is not None:
+            return TractionData.from_csv(model_path(compared.file), speed=compared.speed)
+        if not compared.creepage:
             return None
-        points = self.compared.creepage, self.compared.traction_coefficient
-        return TractionData(*points, speed=self.compared.speed)
+        points = compared.creepage, compared.traction_coefficient
+        return TractionData(*points, speed=compared.speed)
+
+    @property
+    def compared(self) -> Comparison:
+        """Comparison with the source, without which it raises a ValueError."""
+        if self.comparison is None:
+            raise ValueError(f"condition {self.key!r} has no [compared], so it is not compared")
+        return self.comparison
 
 
 def condition_names() -> list[str]:
@@ -156,32 +170,71 @@ def condition_names() -> list[str]:
     return sorted(path.stem for path in (package_folder("models") / "conditions").glob("*.toml"))
 
 
-@cache
-def load_condition(name: str) -> RailCondition:
+def found_condition(name: Any, folder: Path) -> Any:
+    """A condition's name, or the contents of the file in `folder` that it names, ``x.toml``."""
+    if not (isinstance(name, str) and name.endswith(".toml")):
+        return name
+    with in_file(f"condition {name}"):
+        path = file_beside("condition", name, folder, "the file that names it")
+        return {**parse(path), "key": name}
+
+
+def with_condition_file(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Contents of a model file in `folder`, with those of the file that its friction names."""
+    friction = data.get("friction")
+    if not isinstance(friction, Mapping) or "condition" not in friction:
+        return data
+    condition = found_condition(friction["condition"], folder)
+    return {**data, "friction": {**friction, "condition": condition}}
+
+
+def load_condition(name: str | os.PathLike[str] | Mapping[str, Any]) -> RailCondition:
     """Read a condition.
 
     Parameters
     ----------
-    name : str
-        One of the names that ``contactlib conditions`` lists.
+    name : str, path or mapping
+        One of the names that ``contactlib conditions`` lists, or a file of your own; or the
+        contents of such a file.
 
     Raises
     ------
     ValueError
-        If no condition has this name; the message names the closest one and all others.
+        If no condition has this name, where the message names the closest one and all others; or
+        the file is not valid.
+    OSError
+        If the file cannot be read.
     """
+    if isinstance(name, Mapping):
+        return _condition_of(name)
+    if isinstance(name, os.PathLike) or name.endswith(".toml"):
+        path = Path(name)
+        with in_file(path.name):
+            return _condition_of({**parse(path), "key": path.name})
+    return _shipped_condition(name)
+
+
+@cache
+def _shipped_condition(name: str) -> RailCondition:
     if name not in condition_names():
         raise ValueError(
-            f"condition = {name!r} is not known; {known_names(name, condition_names())}"
+            f"condition = {name!r} is not known; {known_names(name, condition_names())}; or the "
+            "name of a file of your own, such as 'my_rails.toml'"
         )
     path = package_folder("models") / "conditions" / f"{name}.toml"
     with in_file(path.name):
-        data = parse(path)
+        return _condition_of({**parse(path), "key": name})
+
+
+def _condition_of(contents: Mapping[str, Any]) -> RailCondition:
+    """Condition of a file's contents and its key."""
+    data = {name: value for name, value in contents.items() if name != "key"}
+    with in_file(str(contents["key"])):
         check_keys(
             "",
             data,
             [*TEXTS, *GIVEN, "contact", "compared"],
-            [*TEXTS, "friction", "contact", "compared"],
+            ["name", "source", "friction", *(["contact"] if "compared" in data else [])],
         )
         sections: dict[str, Any] = {
             section: ReadOnly(
@@ -189,10 +242,13 @@ def load_condition(name: str) -> RailCondition:
             )
             for section in (*GIVEN, "contact")
         }
-        texts: dict[str, Any] = {key: title(key, data[key]) for key in TEXTS}
-        compared = read_section("compared", declared(Comparison), data["compared"])
-        with named("compared"):
-            return RailCondition(key=name, **texts, **sections, compared=Comparison(**compared))
+        texts: dict[str, Any] = {key: title(key, data.get(key, "not stated")) for key in TEXTS}
+        comparison = None
+        if "compared" in data:
+            given = read_section("compared", declared(Comparison), data["compared"])
+            with named("compared"):
+                comparison = Comparison(**given)
+        return RailCondition(key=contents["key"], **texts, **sections, comparison=comparison)
 
 
 def with_condition(data: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -213,7 +269,7 @@ def with_condition(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if kind == "measured":
         return {**data, "friction": friction}
     with named("friction"):
-        condition = load_condition(title("condition", data["friction"]["condition"]))
+        condition = condition_of(data["friction"]["condition"])
         filled = {**data, "friction": _filled(condition.friction, friction)}
         check_keys_given(condition.key, filled["friction"])
     if kind == "polach":
@@ -222,6 +278,11 @@ def with_condition(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(body, Mapping) or not body:
         return filled  # reading the section reports that
     return {**filled, "wheelset": _filled(condition.wheelset, body)}
+
+
+def condition_of(given: Any) -> RailCondition:
+    """Condition of a name, or of contents that `found_condition` has read."""
+    return load_condition(given if isinstance(given, Mapping) else title("condition", given))
 
 
 def _filled(of_condition: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -254,8 +315,9 @@ class TrackConditions(Parameters):
     Parameters
     ----------
     condition : tuple of str, optional
-        Names of the rails at the places of `distance`, which ``contactlib conditions`` lists. They
-        replace `friction` and `slope`, whose factors follow from those rails and the vehicle's.
+        Names of the rails at the places of `distance`, which ``contactlib conditions`` lists, or of
+        files of your own beside the scenario. They replace `friction` and `slope`, whose factors
+        follow from those rails and the vehicle's.
     """
 
     condition: tuple[str, ...] = ()
@@ -278,8 +340,8 @@ def placeholder_lists(condition: Sequence[str], given: Mapping[str, Any]) -> dic
             f"distance has {places} and condition {len(condition)} entries: both must have as many"
         )
     with Mistakes() as mistakes:
-        for name in dict.fromkeys(map(str, condition)):
-            mistakes.of(load_condition, name)
+        for name, one in {str(one): one for one in condition}.items():
+            mistakes.of(load_condition, one if isinstance(one, Mapping) else name)
     ones = [1.0] * len(condition)
     return {**given, "friction": ones, "slope": ones, "unit": "factor"}
 
@@ -296,7 +358,8 @@ def factors_of_conditions(track: Mapping[str, Any], element: ForceElement) -> di
         If the vehicle's law has no parameters that a condition could give.
     """
     with named("track"):
-        conditions = [load_condition(name) for name in track["condition"]]
+        known = {str(one): condition_of(one) for one in track["condition"]}
+        conditions = [known[str(one)] for one in track["condition"]]
         slopes = {c.key: slope_factor(c, element) for c in conditions}
     for condition in conditions:
         if left := left_out(condition, element):

@@ -26,6 +26,7 @@ from contactlib.files.rail_conditions import (
     TrackConditions,
     factors_of_conditions,
     with_condition,
+    with_condition_file,
 )
 from contactlib.files.reading import (
     IS_SWEEP,
@@ -170,7 +171,8 @@ def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[s
     label = f"vehicle {name} changed" if changed else f"vehicle {name}"
     with in_file(label):
         file = file_beside("vehicle", name, folder, "the scenario")
-        vehicle = parse(file)
+        vehicle = with_condition_file(parse(file), file.parent)
+        changed = with_condition_file(changed, folder)
         if "vehicle" not in vehicle:  # else `build_model` refuses it as a scenario
             if "condition" in changed.get("friction", {}):  # it replaces the vehicle's own rails
                 body = subsection("wheelset", vehicle.get("wheelset", {}))

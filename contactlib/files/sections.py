@@ -107,8 +107,10 @@ class Rails(Parameters):
     Parameters
     ----------
     condition : str, optional
-        Name of a published parameter set, which ``contactlib conditions`` lists. It gives the keys
-        of this section, and `slope_reduction` or `layer_compliance`; those that the file gives win.
+        Name of a published parameter set, which ``contactlib conditions`` lists, or of a file of
+        your own like ``"my_rails.toml"``, beside the model file or below its folder. It gives the
+        keys of this section, and `slope_reduction` or `layer_compliance`; those that the file gives
+        win.
     """
 
     condition: str | None = None

@@ -21,7 +21,7 @@ from contactlib.base.quantities import declared
 from contactlib.base.text import known_names
 from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
-from contactlib.files.rail_conditions import placeholder_lists
+from contactlib.files.rail_conditions import found_condition, placeholder_lists
 from contactlib.files.reading import doubt, file_beside, in_file, text
 from contactlib.vehicle.track import FACTOR, GRADIENT, LISTS, RAILS, Track
 
@@ -101,7 +101,9 @@ def read_track_map(path: Path) -> dict[str, Any]:
                 f"{at[i - 1]!r} m, that of the line before, and each place at most twice"
             )
     if "condition" in names:
-        conditions = [cells[names.index("condition")] for _, cells in body]
+        named = [cells[names.index("condition")] for _, cells in body]
+        found = {name: found_condition(name, path.parent) for name in dict.fromkeys(named)}
+        conditions = [found[name] for name in named]
         Track.from_breakpoints(**placeholder_lists(conditions, {**known, **values}))
         return {**values, "condition": conditions}
     Track.from_breakpoints(**values)
@@ -116,7 +118,11 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     limits = values if isinstance(values := track.get("speed_limit"), list) else []
     _doubt_limits("track.", [value for value in limits if isinstance(value, float | int)])
     if "map" not in track:
-        return data
+        names = track.get("condition", [])
+        if not isinstance(names, list):
+            return data
+        found = [found_condition(name, folder) for name in names]
+        return {**data, "track": {**track, **({"condition": found} if found else {})}}
     name = text("track.map", track["map"])
     if lists := [key for key in COLUMNS if key in track]:
         raise ValueError(

@@ -275,6 +275,50 @@ def test_sweeps_vary_the_numbers_of_a_condition(tmp_path: Path) -> None:
         cl.load_sweep(one_axis(tmp_path, 'parameter = "track.condition"\nvalues = [1.0]', rails))
 
 
+OWN = """name = "Our test track after rain"
+source = "Runs of May"
+[friction]
+static = 0.28
+kinetic = 0.25
+k_hat = 0.0
+[wheelset]
+layer_compliance = 3e-13
+"""
+
+
+def test_a_file_of_your_own_is_a_condition_like_the_shipped_ones(tmp_path: Path) -> None:
+    """In a model, a scenario's changes, along a track and in a map, from the folder of each."""
+    (tmp_path / "rails").mkdir()
+    (tmp_path / "rails" / "rain.toml").write_text(OWN)
+    own = 'condition = "rails/rain.toml"'
+    numbers = "static = 0.28\nkinetic = 0.25\nk_hat = 0.0"
+    by_name, by_numbers = (
+        model(tmp_path, own),
+        model(tmp_path, numbers, "", "layer_compliance=3e-13"),
+    )
+    assert by_name.wheelset.element.friction == by_numbers.wheelset.element.friction
+    assert by_name.wheelset.element.layer_compliance == 3e-13
+    listed = done("conditions", str(tmp_path / "rails" / "rain.toml")).output
+    assert "rain.toml: Our test track after rain" in listed
+    assert "layer_compliance = 3e-13" in listed
+    assert "deviation" not in listed
+
+    along = 'condition = ["dry", "rails/rain.toml", "rails/rain.toml", "dry"]\n'
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cl.InputWarning)  # k_hat is that of the vehicle
+        track = scenario(tmp_path, PATCH + along).track
+        changed = scenario(tmp_path, PATCH + along, own).drivetrain.wheelset.element
+    dry = load_condition("dry")
+    assert track.friction_left.value[1] == pytest.approx(0.25 / dry.friction["kinetic"])
+    assert changed.friction == by_name.wheelset.element.friction
+
+    with pytest.raises(ValueError, match=r"condition none\.toml: no such file"):
+        model(tmp_path, 'condition = "none.toml"')
+    (tmp_path / "bad.toml").write_text(OWN.replace("0.28", "-1.0"))
+    with pytest.raises(ValueError, match=r"bad\.toml: friction\.static = -1\.0"):
+        model(tmp_path, 'condition = "bad.toml"')
+
+
 def test_the_command_lists_all_of_them() -> None:
     lines = done("conditions").output.splitlines()
     assert [line.partition(":")[0] for line in lines if not line.startswith(" ")] == (
