@@ -17,6 +17,7 @@ import pytest
 from tree import installed
 
 import contactlib as cl
+from contactlib.files.sections import LAWS
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted(GUIDE.rglob("*.md"))
@@ -80,6 +81,13 @@ def test_a_number_that_stands_twice_is_one() -> None:
         re.findall(p, (GUIDE / name).read_text("utf-8"), re.DOTALL)[0] for name, p in STATED.items()
     }
     assert len(found) == 1
+
+
+def test_every_law_is_on_a_page() -> None:
+    """Which its row in the list of kinds, made from its class, does not replace."""
+    written = [page for page in PAGES if "reference" not in page.parts]
+    text = "".join(page.read_text(encoding="utf-8") for page in written)
+    assert [kind for kind in LAWS if f'"{kind}"' not in text] == []
 
 
 @pytest.mark.slow
