@@ -169,7 +169,7 @@ def run_vehicle(
     *,
     index: int = 0,
     step: float | None = None,
-    tolerance: float = 3e-5,
+    tolerance: float = 1e-5,
     progress: Callable[[float], object] = lambda part: None,
 ) -> VehicleResult:
     """Run a scenario of a vehicle, each axle under a copy of one controller.

@@ -33,7 +33,10 @@ CONDITIONS = ("speed", "normal_load", "friction_scale", "resistance_force")  # `
 CREEPAGES = np.linspace(0.001, 0.06, 12)
 COEFFICIENTS = 0.3 * np.tanh(CREEPAGES / 0.01)
 # Functions of rows of one length.
-PAIRED = ("FitResult.traction_coefficient", "MeasuredCurve", "TractionData", "Profile", "roll")
+PAIRED = (
+    *("FitResult.traction_coefficient", "MeasuredCurve", "TractionData", "roll"),
+    *("Profile", "Profile.steps"),
+)
 
 
 @cache
@@ -184,6 +187,7 @@ NUMBERS: dict[str, Any] = {
     "roll distance": np.linspace(0.0, 0.1, 12),
     "SensorReader index": [0],
     "Profile value": COEFFICIENTS,
+    "Profile.steps value": COEFFICIENTS,
     "Friction.from_samples slip": np.r_[0.0, CREEPAGES],
     "Friction.from_samples coefficient": np.linspace(0.4, 0.2, 13),
     "Softening temperature": [0.0, 300.0],
