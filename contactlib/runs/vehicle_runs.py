@@ -74,6 +74,9 @@ class VehicleRuns(Runs):
         self.axles = self._vehicles[0].axles
         self._behind = np.concatenate([vehicle.position for vehicle in self._vehicles])
         self._numbers = np.tile(np.arange(1, self.axles + 1), len(self._vehicles))
+        self._with_brake = np.repeat(
+            [scenario.drivetrain.brake is not None for scenario in scenarios], self.axles
+        )
         lists = [(one.driven, one.braked) for one in self._vehicles]
         self._driven, self._braked = (  # factors on demands of traction and of braking
             np.concatenate([np.isin(numbers, some) if some else numbers > 0 for some in given])
@@ -101,8 +104,7 @@ class VehicleRuns(Runs):
 
     def _possible(self, demand: FloatArray, speed: FloatArray) -> Numbers:
         """The demand, but only of traction or braking where an axle has but one of both."""
-        with_brake = np.array([train.brake is not None for train in self.trains])
-        brakes = np.where(with_brake, demand < 0.0, demand * speed < 0.0)
+        brakes = np.where(self._with_brake, demand < 0.0, demand * speed < 0.0)
         return super()._possible(demand * np.where(brakes, self._braked, self._driven), speed)
 
     def _native(self) -> kernel.NativeFleet:
