@@ -57,11 +57,11 @@ def normalizing(a_over_b: FloatArray) -> FloatArray:
 
 def lateral_spin_law(a_over_b: FloatArray, creepages: FloatArray) -> FloatArray:
     """Our forces and moment over mu P at normalized creepages without weakening."""
-    pair = cl.CreepForces(COULOMB, shear_modulus=82e9, poisson_ratio=NU)
+    bodies = cl.CreepForces(COULOMB, shear_modulus=82e9, poisson_ratio=NU)
     a, b, load = 5e-3 * np.sqrt(a_over_b), 5e-3 / np.sqrt(a_over_b), 1e5
     unit = 82e9 * 25e-6 / (COULOMB.kinetic * load)
     kalkers = creepages / (unit * normalizing(a_over_b))
-    found = pair.evaluate(
+    found = bodies.evaluate(
         semi_axis_x=a,
         semi_axis_y=b,
         normal_load=load,

@@ -51,7 +51,7 @@ void fastsim_each(size_t n, size_t strips, size_t elements, const double *rate, 
 void usetab_each(const usetab *table, size_t n, const double *at, double *force);
 void table_each(table_function evaluate, const creep_table *table, size_t n, const double *x,
                 const double *k_hat, double *ratio, double *slope);
-void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
+void forces_each(forces_function evaluate, const creep_forces *bodies, size_t n,
                  const creep_forces_input *input, creep_forces_output *output);
 /* ---------------------------------------------------------------------------------------------- */
 
@@ -183,7 +183,7 @@ void table_each(table_function evaluate, const creep_table *table, size_t n, con
     }
 }
 
-void forces_each(forces_function evaluate, const creep_forces *pair, size_t n,
+void forces_each(forces_function evaluate, const creep_forces *bodies, size_t n,
                  const creep_forces_input *input, creep_forces_output *output) {
-    for (size_t i = 0; i < n; i++) evaluate(pair, 1, &input[i], &output[i]);
+    for (size_t i = 0; i < n; i++) evaluate(bodies, 1, &input[i], &output[i]);
 }

@@ -145,12 +145,12 @@ def kernel_one_by_one(
 
 
 def forces_one_by_one(
-    pair: kernel.NativeCreepForces, inputs: NDArray[np.void], found: NDArray[np.void]
+    bodies: kernel.NativeCreepForces, inputs: NDArray[np.void], found: NDArray[np.void]
 ) -> None:
     """Fill in the kernel's creep forces by calls for each contact."""
     rivals().forces_each(
         kernel.library().creep_forces_evaluate,
-        pair.struct,
+        bodies.struct,
         inputs.size,
         ffi().cast("creep_forces_input *", inputs.ctypes.data),
         ffi().cast("creep_forces_output *", found.ctypes.data),

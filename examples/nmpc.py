@@ -90,4 +90,4 @@ for controller in ("threshold", "creep_pi", "slope_seeking", Predictive()):
     found = cl.metrics(cl.run_scenario(scenario, controller), train)
     name = controller if isinstance(controller, str) else type(controller).__name__
     shares = f"{100 * found.limited_utilisation:.1f} % while friction limits"
-    print(f"{name:14} {shares}, {100 * found.adhesion_utilisation:.1f} % in all")
+    print(f"{name:14} {shares}, {100 * found.utilisation:.1f} % in all")

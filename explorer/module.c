@@ -103,15 +103,15 @@ void train_lay_patch(train *t, double begins, double ends, double factor) {
 int train_advance(train *t, drivetrain_input *input, drivetrain_state *state, double time,
                   double step, double tolerance) {
     unsigned char failed = 0;
-    drivetrain_advance_many_in_turn(&t->member, 1, 1, input, state, time, step, tolerance,
-                                    &t->substep, &failed);
+    drivetrains_advance_one_lane(&t->member, 1, 1, input, state, time, step, tolerance, &t->substep,
+                                 &failed);
     if (failed) t->substep = 0.0; /* another attempt is free to begin */
     return failed;
 }
 
 void train_evaluate(const train *t, const drivetrain_input *input, const drivetrain_state *state,
                     drivetrain_output *output) {
-    drivetrain_evaluate_many_in_turn(&t->member, 1, 1, input, state, output);
+    drivetrains_evaluate_one_lane(&t->member, 1, 1, input, state, output);
 }
 
 /* Move on from a row under held inputs, whose reference is the torque, until the creepage passes

@@ -15,7 +15,7 @@ C_SOURCES = (
     "checked_file.c",
     "creep_table.c",
     "creep_curve.c",
-    "drivetrain_in_turn.c",
+    "drivetrain_one_lane.c",
     "force_element.c",
     "half_space.c",
     "hertz.c",
@@ -24,7 +24,7 @@ C_SOURCES = (
 )
 FUNCTIONS = (
     "creep_table_evaluate",
-    "creep_table_place",
+    "creep_table_coordinate",
     "force_element_evaluate",
     "force_element_scales",
     "creep_curve_points",

@@ -14,7 +14,7 @@ UNCOUNTED = {k: v for k, v in os.environ.items() if not k.startswith("COVERAGE_P
 
 SCENARIO = """name = "Quick"
 source = "chosen"
-vehicle = "locomotive.toml"
+wheelset = "locomotive.toml"
 
 [vehicle_changes.friction]
 slip_rate_residual = 0.857

@@ -107,14 +107,14 @@ class Quantity(Limits):
 
     `percent`: reports show it in per cent. `whole`: it has no fraction. `usual`: minimum and
     maximum value of real vehicles and rigs; a file's value beyond them is allowed, but causes a
-    warning with `doubtful`, the probable mistake, which errors of files name too.
+    warning with `hint`, the probable mistake, which errors of files name too.
     """
 
     unit: str
     percent: bool = field(default=False, kw_only=True)
     whole: bool = field(default=False, kw_only=True)
     usual: tuple[float, float] | None = field(default=None, kw_only=True)
-    doubtful: str = field(default="", kw_only=True)
+    hint: str = field(default="", kw_only=True)
 
     def is_usual(self, value: float) -> bool:
         """Whether a number is in the usual range, if there is one."""
@@ -126,7 +126,7 @@ class Quantity(Limits):
         usual = Limits(at_least=low, at_most=high)
         return not self.whole and self.allow_all(array) and usual.allow_all(array)
 
-    def doubt(self, name: str, value: float) -> str | None:
+    def warning(self, name: str, value: float) -> str | None:
         """Sentence on a number that is not usual; None if it is usual."""
         if self.usual is None or self.is_usual(value):
             return None
@@ -134,7 +134,7 @@ class Quantity(Limits):
         unit = "" if self.unit == "1" else f" {self.unit}"
         return (
             f"{name} = {value:g}{unit} is implausible: {low:g} to {high:g}{unit} is usual; "
-            f"{self.doubtful or 'is its unit missing or wrong?'}"
+            f"{self.hint or 'is its unit missing or wrong?'}"
         )
 
 

@@ -16,26 +16,26 @@ LONGEST_LINE = 1000  # characters
 USERS_ERRORS = (Exception, SystemExit)
 
 
-def harmless(text: str) -> str:
+def printable(text: str) -> str:
     r"""Spell out control and invisible characters: an escape character becomes ``\x1b``.
 
     Examples
     --------
-    >>> print(harmless("\x1b[31mred"))
+    >>> print(printable("\x1b[31mred"))
     \x1b[31mred
     """
     return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in text)
 
 
-def harmless_line(text: str) -> str:
-    r"""Return `harmless` text as one line: line breaks are spelled out, long text is cut.
+def printable_line(text: str) -> str:
+    r"""Return `printable` text as one line: line breaks are spelled out, long text is cut.
 
     Examples
     --------
-    >>> print(harmless_line("a\nb"))
+    >>> print(printable_line("a\nb"))
     a\nb
     """
-    line = harmless(text[: LONGEST_LINE + 1]).replace("\n", r"\n").replace("\t", r"\t")
+    line = printable(text[: LONGEST_LINE + 1]).replace("\n", r"\n").replace("\t", r"\t")
     return line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ..."
 
 
@@ -44,7 +44,7 @@ def explained(what: str, error: BaseException) -> RuntimeError:
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if not f.filename.startswith((str(PACKAGE), "<frozen"))]
     where = f" ({PurePath(own[0].filename).name}, line {own[0].lineno})" if own else ""
-    message = f": {harmless_line(str(error))}" if str(error) else ""
+    message = f": {printable_line(str(error))}" if str(error) else ""
     return RuntimeError(f"{what}: {type(error).__name__}{message}{where}")
 
 

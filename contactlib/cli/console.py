@@ -27,7 +27,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from contactlib.base.text import harmless, harmless_line
+from contactlib.base.text import printable, printable_line
 from contactlib.base.units import in_si
 from contactlib.cli.leaving import INTERRUPTED, leave
 
@@ -36,12 +36,12 @@ Loaded = TypeVar("Loaded")
 
 def print_line(text: str) -> None:
     """Print a text on stdout."""
-    click.echo(harmless(text))
+    click.echo(printable(text))
 
 
 def complain(text: str) -> None:
     """Print one line on stderr."""
-    click.echo(harmless_line(text), err=True)
+    click.echo(printable_line(text), err=True)
 
 
 def in_unit(unit: str) -> Callable[[click.Context, click.Parameter, str | None], float | None]:
@@ -249,7 +249,7 @@ class ConsoleReporter:
             yield lambda part: None
             return
         with self._bar(TimeElapsedColumn()) as bar:
-            task = bar.add_task(harmless(title), total=None)
+            task = bar.add_task(printable(title), total=None)
             yield lambda part: bar.update(task, total=1.0, completed=part)
 
     @contextmanager
@@ -266,7 +266,7 @@ class ConsoleReporter:
             return
         times = (TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn())
         with self._bar(*times) as bar:
-            task = bar.add_task(harmless(title), total=1.0)
+            task = bar.add_task(printable(title), total=1.0)
 
             def move(part: float) -> None:
                 pace.line(part)
@@ -276,11 +276,11 @@ class ConsoleReporter:
 
     def heading(self, text: str) -> None:
         """Begin a part of a report."""
-        self._console.print(f"\n{harmless(text)}", style="bold", markup=False)
+        self._console.print(f"\n{printable(text)}", style="bold", markup=False)
 
     def line(self, text: str) -> None:
         """Show a line."""
-        self._console.print(harmless(text), markup=False)
+        self._console.print(printable(text), markup=False)
 
     def _bar(self, *times: ProgressColumn) -> Progress:
         title = TextColumn("{task.description}", markup=False)

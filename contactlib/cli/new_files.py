@@ -93,8 +93,8 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
     if option == "--load":
-        for doubt in filter(None, (NORMAL_LOAD.doubt(option, value) for value in values)):
-            warn(doubt)
+        for warning in filter(None, (NORMAL_LOAD.warning(option, value) for value in values)):
+            warn(warning)
     if ":" in text:
         if len(values) != 2 or "," in text:
             raise ValueError(f"{option} = {text!r} must be a range of two numbers, as 0.5:1")

@@ -114,13 +114,13 @@ def write_report(
         by_axle[name] = _by_axle(results[name], drivetrain)
         all_metrics[name] = vehicle_metrics(results[name], drivetrain)
         if not math.isnan(all_metrics[name].stopping_distance):
-            with reporter.step(f"{scenario.name}: the same on even rails") as progress:
-                even = run_vehicle(scenario.on_even_rails, name, progress=progress)
-            all_metrics[name] = vehicle_metrics(results[name], drivetrain, even=even)
+            with reporter.step(f"{scenario.name}: the same on uniform friction") as progress:
+                uniform = run_vehicle(scenario.on_uniform_friction, name, progress=progress)
+            all_metrics[name] = vehicle_metrics(results[name], drivetrain, uniform=uniform)
     reporter.line(comparison_table(all_metrics, within=f"{scenario.duration:g} s"))
     for name in by_axle:
         error = all_metrics[name].speed_error
-        for line in doubt_of_speed(scenario, name, results[name], error):
+        for line in warning_of_speed(scenario, name, results[name], error):
             reporter.line(line)
     for name, axles in by_axle.items():
         reporter.line(f"\nAxles under {name}:")
@@ -140,7 +140,9 @@ def write_report(
     return all_metrics
 
 
-def doubt_of_speed(scenario: Scenario, name: str, result: VehicleResult, error: float) -> list[str]:
+def warning_of_speed(
+    scenario: Scenario, name: str, result: VehicleResult, error: float
+) -> list[str]:
     """Line on a run whose controllers get a speed that errs too much [m/s]; none for others."""
     highest = float(np.abs(result["speed"]).max())
     if isinstance(scenario.any_controller(name), OpenLoop) or error <= MAX_SPEED_ERROR * highest:

@@ -68,8 +68,8 @@ class CreepForces(Parameters):
     Examples
     --------
     >>> steel = Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
-    >>> pair = CreepForces(steel, shear_modulus=82e9, poisson_ratio=0.28)
-    >>> found = pair.evaluate(
+    >>> bodies = CreepForces(steel, shear_modulus=82e9, poisson_ratio=0.28)
+    >>> found = bodies.evaluate(
     ...     semi_axis_x=6e-3, semi_axis_y=6e-3, normal_load=75e3, creepage_x=-0.001, spin=0.2)
     >>> [int(found[name].round()) for name in ("force_x", "force_y")]
     [9633, -4976]
@@ -119,7 +119,7 @@ class CreepForces(Parameters):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Parameters of the kernel's pair, by name, in SI units."""
+        """Parameters of the kernel's bodies, by name, in SI units."""
         return {
             "shear_modulus": self.shear_modulus,
             "poisson_ratio": self.poisson_ratio,

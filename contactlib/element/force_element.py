@@ -309,7 +309,7 @@ class ForceElement(Parameters):
         parameters = {**self.parameters, **self.memory_parameters}
         return kernel.contact_scales(parameters, self.normal_load, table=self.table.native)
 
-    def doubt(self, largest_load: float) -> str | None:
+    def warning(self, largest_load: float) -> str | None:
         """Sentence on a load [N] under which a line contact is too short for memory; else None.
 
         Raises

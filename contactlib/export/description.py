@@ -233,7 +233,7 @@ class Description:
         return self.kind in ("force_element", "wheelset")
 
     @cached_property
-    def pair(self) -> CreepForces | None:
+    def bodies(self) -> CreepForces | None:
         """The pair of bodies of an FMU for any ellipse."""
         return CreepForces.of(self.element) if self.kind == "creep_forces" else None
 
@@ -241,8 +241,8 @@ class Description:
     def resources(self) -> dict[str, bytes]:
         """Files of the FMU's resources that the kernel reads beside start values."""
         table = {"creep_table.bin": self.element.table.data}
-        if self.pair is not None:
-            return {**table, "creep_forces.bin": self.pair.data}
+        if self.bodies is not None:
+            return {**table, "creep_forces.bin": self.bodies.data}
         if not self.has_contact:
             return {}
         return {**table, "lateral_spin_contact.bin": self.element.lateral_spin_data}
@@ -250,9 +250,9 @@ class Description:
     @cached_property
     def native_contact(self) -> kernel.NativeContact:
         """The kernel's view of these files."""
-        if self.pair is not None:
+        if self.bodies is not None:
             table = self.element.table.native
-            return kernel.NativeContact(table, self.pair.data, any_ellipse=True)
+            return kernel.NativeContact(table, self.bodies.data, any_ellipse=True)
         return self.element.native_contact
 
     @property
@@ -295,7 +295,7 @@ class Description:
             **dict.fromkeys(MEMORY, 0.0),
             **element.rolling_parameters,
             **(wheelset.parameters if self.kind.startswith("wheelset") else {}),
-            **(self.pair.parameters if self.pair is not None else {}),
+            **(self.bodies.parameters if self.bodies is not None else {}),
             "semi_axis_x": element.contact.semi_width,
             "semi_axis_y": getattr(element.contact, "semi_axis_y", 0.0),
             "creepage_x": 0.0,
@@ -333,9 +333,9 @@ class Description:
             "if_remembering": self.remembers,
             "if_spinning": self.spins,
             "if_layered": self.kind != "wheelset_body" and self.element.layer_compliance > 0.0,
-            "if_falling": self.pair is not None and decays,
+            "if_falling": self.bodies is not None and decays,
             "if_thermal": self.kind != "wheelset_body" and thermal,
-            "if_slip_counts": self.pair is not None and (thermal or decays),
+            "if_slip_counts": self.bodies is not None and (thermal or decays),
         }
         chosen = [self._variable(i, v) for i, v in entries if parts[v.part]]
         return tuple(chosen if self.arrays else (e for v in chosen for e in v.elements()))

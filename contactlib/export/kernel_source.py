@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contactlib import kernel
-from contactlib.base.text import harmless_line, version
+from contactlib.base.text import printable_line, version
 from contactlib.base.writing import c_sources, write_whole
 from contactlib.element.force_element import ForceElement
 from contactlib.export.description import MEMORY, Description
+from contactlib.export.fmu_page import ASSETS
 from contactlib.export.package import describe
-from contactlib.export.page import ASSETS
 from contactlib.laws.hertz import EllipticContact
 from contactlib.table.building import HEADER_SIZE
 
@@ -92,7 +92,7 @@ def kernel_files(description: Description) -> dict[str, str]:
     smallest = re.findall(r"#define MIN_FRICTION_SCALE (\S+)", _source("force_element.h"))
     filled = {
         # Neither end nor begin a comment in a comment.
-        "text": harmless_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
+        "text": printable_line(description.text).replace("*/", "* /").replace("/*", "/ *"),
         "version": version(),
         "carriers": description.carriers,
         "tolerance": re.findall(r"DEFAULT_TOLERANCE = ([\w-]+)", _source("component.c"))[0],
@@ -241,7 +241,7 @@ def _data(description: Description) -> str:
         "coefficients": names["TABLE_DATA"],
         "layer_coefficients": names["LAYER_DATA"],
         "lateral_spin": "&LATERAL_SPIN",
-        "pair": "NULL",
+        "bodies": "NULL",
     }
     return (
         f"{arrays}static const lateral_spin_contact LATERAL_SPIN = {contact};\n\n"

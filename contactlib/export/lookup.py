@@ -19,7 +19,7 @@ from scipy.io import savemat
 from contactlib import kernel
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, checked, checked_number, shown
-from contactlib.base.text import harmless_line, version
+from contactlib.base.text import printable_line, version
 from contactlib.base.writing import write_whole
 from contactlib.element.force_element import ForceElement, creepage_limits
 
@@ -339,7 +339,7 @@ def _csv(table: Dataset) -> bytes:
     columns = [*table["creep_force"].dims, "traction_coefficient", "creep_force"]
     units = ", ".join(f"{name} {table[name].attrs['units']}" for name in columns)
     about = {**table.attrs, **numbers, "units": units}
-    lines = "".join(f"# {name}: {harmless_line(str(value))}\n" for name, value in about.items())
+    lines = "".join(f"# {name}: {printable_line(str(value))}\n" for name, value in about.items())
     frame = table.to_dataframe().reset_index()[columns]
     return (lines + str(frame.to_csv(index=False, lineterminator="\n"))).encode()
 

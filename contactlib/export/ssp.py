@@ -23,9 +23,9 @@ from xml.etree.ElementTree import Element, SubElement
 from contactlib.base.text import version as tool_version
 from contactlib.base.writing import write_whole
 from contactlib.export.description import Description, Variable
+from contactlib.export.fmu_page import asset, fragment
 from contactlib.export.markup import TOLERANCE, document, number
 from contactlib.export.package import describe, fmu, zipped
-from contactlib.export.page import asset, fragment
 from contactlib.export.units import UNITS
 
 if TYPE_CHECKING:

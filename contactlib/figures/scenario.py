@@ -235,7 +235,7 @@ def _eventful(result: Result) -> tuple[float, float]:
 
 def _summary(run: _Drawn, metrics: Metrics | VehicleMetrics) -> str:
     result, units = run.result, run.units
-    used, limited = metrics.adhesion_utilisation, metrics.limited_utilisation
+    used, limited = metrics.utilisation, metrics.limited_utilisation
     share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of demanded force used\n"
     if not math.isnan(limited):
         share = f"{100.0 * limited:.1f} % used where friction limits\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, cast
 
 from contactlib.base.quantities import Parameters, Quantity, declared
-from contactlib.base.text import harmless_line
+from contactlib.base.text import printable_line
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.element.force_element import ForceElement
 from contactlib.files.mistakes import Mistakes, ModelError
@@ -18,10 +18,10 @@ from contactlib.files.rail_conditions import with_condition, with_condition_file
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
-    doubt,
     loading,
     model_path,
     named,
+    note_warning,
     parse,
     read_section,
     text,
@@ -175,7 +175,7 @@ def load_model(
     """
     with loading(path):
         file = model_path(path)
-        data = {"name": harmless_line(file.stem), **parse(file)}
+        data = {"name": printable_line(file.stem), **parse(file)}
         return build_model(with_condition_file(data, file.parent), file.parent, table, progress)
 
 
@@ -257,24 +257,24 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
                 reduction = mistakes.of(cache.made, "wheelset", slope_reduction_of, *clean, **given)
         resistance = read("resistance", Resistance)
         if contact and body and "radius" in body:
-            _doubt_body(section, body)
+            _check_plausible_body(section, body)
     memory = bool(section and section.get("memory", False))
     return _Vehicle(contact, law, body, inertia, friction, reduction, resistance, memory)
 
 
-def _doubt_body(contact: Given, body: Given) -> None:
+def _check_plausible_body(contact: Given, body: Given) -> None:
     """Doubt radii and masses of a wheelset that do not fit its contacts."""
     radius, load = body["radius"], body.get("wheels", 1) * contact["normal_load"]
     name = "radius_x" if "radius_x" in contact else "radius"
     ratio = contact.get(name, radius) / radius
     if ratio > SAME or ON_ROLLER < ratio < 1.0 / SAME:
-        doubt(
+        note_warning(
             "radius",
             f"contact.{name} = {contact[name]:g} m and wheelset.radius = {radius:g} m differ: on a "
             f"rail both are the wheel's, and on a roller the first is at most {ON_ROLLER:g} of it",
         )
     if body.get("mass", math.inf) * STANDARD_GRAVITY < load / LOAD_RATIO:
-        doubt(
+        note_warning(
             "mass",
             f"wheelset.mass = {body['mass']:g} kg is less than its wheels carry, "
             f"{load / STANDARD_GRAVITY:.4g} kg by contact.normal_load",
@@ -316,7 +316,7 @@ def _warn_of_unused(data: Mapping[str, Any]) -> None:
     replaced = ["friction", *(f"wheelset.{key}" for key in REPLACED if key in data["wheelset"])]
     unused = [name for name in replaced if "." in name or name in data]
     if unused:
-        doubt(
+        note_warning(
             "law",
             f"law.kind = 'measured' makes no use of {' and '.join(unused)}: the curve is taken as "
             "it was measured",

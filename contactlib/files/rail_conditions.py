@@ -27,11 +27,11 @@ from contactlib.element.force_element import RADIUS, ForceElement, check_layer
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.reading import (
     check_keys,
-    doubt,
     file_beside,
     in_file,
     model_path,
     named,
+    note_warning,
     parse,
     read_section,
     title,
@@ -363,7 +363,7 @@ def factors_of_conditions(track: Mapping[str, Any], element: ForceElement) -> di
         slopes = {c.key: slope_factor(c, element) for c in conditions}
     for condition in conditions:
         if left := left_out(condition, element):
-            doubt(
+            note_warning(
                 f"track.condition {condition.key}",
                 f"track.condition = {condition.key!r}: a track changes friction and the initial "
                 f"slope only; these rails have the vehicle's {left}",

@@ -24,7 +24,7 @@ from typing import Any, Literal
 import numpy as np
 
 from contactlib.base.quantities import Parameter, Quantity, warn
-from contactlib.base.text import harmless_line, known_names
+from contactlib.base.text import known_names, printable_line
 from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder, read_small
 from contactlib.files.mistakes import MAX_LINES, Mistakes, ModelError, lines_of
@@ -71,14 +71,14 @@ def near_files(name: str, folder: Path) -> str:
 
 # Doubts about the file that is being read, by key, as a scenario repeats what it changes in its
 # vehicle, and a list its mistake; None if no file is being read.
-_DOUBTS: ContextVar[dict[str, str] | None] = ContextVar("doubts", default=None)
+_WARNINGS: ContextVar[dict[str, str] | None] = ContextVar("noted", default=None)
 
 
-def doubt(key: str, text: str) -> None:
+def note_warning(key: str, text: str) -> None:
     """Warn of something once the file that is being read has been read, once for each key."""
-    doubts = _DOUBTS.get()
-    if doubts is not None:
-        doubts.setdefault(key, text)
+    noted = _WARNINGS.get()
+    if noted is not None:
+        noted.setdefault(key, text)
 
 
 @contextmanager
@@ -88,23 +88,23 @@ def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     Each of its lines begins with the file. Doubts about numbers come first, as a forgotten unit may
     well be the cause of the mistakes.
     """
-    place, outer = os.fspath(path), _DOUBTS.get()
-    doubts: dict[str, str] = {}
-    token = _DOUBTS.set(None if outer is None else doubts)
+    place, outer = os.fspath(path), _WARNINGS.get()
+    noted: dict[str, str] = {}
+    token = _WARNINGS.set(None if outer is None else noted)
     try:
         yield
     except ValueError as error:
-        lines = [*doubts.values(), *lines_of(error)]
+        lines = [*noted.values(), *lines_of(error)]
         if len(lines) > MAX_LINES:
             lines[MAX_LINES:] = ["there are more mistakes"]
-        raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
+        raise ModelError(*(printable_line(f"{place}: {line}") for line in lines)) from None
     except ArithmeticError:  # each number is within its limits, but they do not fit together
-        lines = [*doubts.values(), "its numbers are too far apart"]
-        raise ModelError(*(harmless_line(f"{place}: {line}") for line in lines)) from None
+        lines = [*noted.values(), "its numbers are too far apart"]
+        raise ModelError(*(printable_line(f"{place}: {line}") for line in lines)) from None
     finally:
-        _DOUBTS.reset(token)
+        _WARNINGS.reset(token)
     if outer is not None:
-        for key, text in doubts.items():
+        for key, text in noted.items():
             outer.setdefault(key, f"{place}: {text}")
 
 
@@ -117,15 +117,15 @@ def loading(path: str | os.PathLike[str]) -> Iterator[None]:
     InputWarning
         If the file is valid, but a number is implausible for a vehicle, or a key is not used.
     """
-    doubts: dict[str, str] = {}
-    token = _DOUBTS.set(doubts)
+    noted: dict[str, str] = {}
+    token = _WARNINGS.set(noted)
     try:
         with in_file(path):
             yield
     finally:
-        _DOUBTS.reset(token)
-    for text in doubts.values():
-        warn(harmless_line(text))
+        _WARNINGS.reset(token)
+    for text in noted.values():
+        warn(printable_line(text))
 
 
 def parse(file: Path) -> dict[str, Any]:
@@ -317,12 +317,12 @@ def number(where: str, value: object, quantity: Quantity) -> float:
     else:
         raise ValueError(f"{where} = {value!r} must be a number in {quantity.unit}")
     if not quantity.allow(si_value):
-        hint = f"; {quantity.doubtful}" if quantity.doubtful else ""
+        hint = f"; {quantity.hint}" if quantity.hint else ""
         raise ValueError(f"{where} = {value!r} is out of range: must be {quantity}{hint}")
     if quantity.whole and si_value != int(si_value):
         raise ValueError(f"{where} = {value!r} must be a whole number")
-    if text := quantity.doubt(where, si_value):
-        doubt(".".join(where.split(".")[-2:]), text)
+    if text := quantity.warning(where, si_value):
+        note_warning(".".join(where.split(".")[-2:]), text)
     return si_value
 
 

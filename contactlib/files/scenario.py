@@ -31,12 +31,12 @@ from contactlib.files.rail_conditions import (
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
-    doubt,
     file_beside,
     in_file,
     loading,
     model_path,
     named,
+    note_warning,
     parse,
     read_section,
     subsection,
@@ -305,9 +305,9 @@ class Scenario(Parameters):
         return self.track.in_factors(self.drivetrain.wheelset.element.friction.kinetic)
 
     @cached_property
-    def on_even_rails(self) -> Scenario:
+    def on_uniform_friction(self) -> Scenario:
         """The scenario with its grades and controllers, on the friction of the vehicle's file."""
-        return replace(self, track=self.rails.even, controllers=self._designed)
+        return replace(self, track=self.rails.uniform, controllers=self._designed)
 
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""
@@ -571,7 +571,9 @@ def build_scenario(
     )
     trip = drivetrain.motor.trip_speed
     if trip is not None and trip <= abs(initial_speed):
-        doubt("trip_speed", f"motor.trip_speed = {trip:g} m/s trips at the initial speed already")
+        note_warning(
+            "trip_speed", f"motor.trip_speed = {trip:g} m/s trips at the initial speed already"
+        )
     design_speed = run.get("design_speed", abs(initial_speed))
     if design_speed < wheelset.element.minimum_speed:
         given = "=" if "design_speed" in run else "is missing, and the initial speed"
@@ -581,7 +583,7 @@ def build_scenario(
         )
     first = float(made["demand"](0.0))
     if made["brake"] and first < 0.0 and initial_speed != 0.0 and "start" not in run:
-        doubt(
+        note_warning(
             "run.start",
             f"demand = {first:g} N.m at 0 s: the run begins with the brake filled; for a stop that "
             'begins with the demand, run.start = "released"',
@@ -608,12 +610,12 @@ def _drivetrain(
     brake: Brake | None,
 ) -> Drivetrain:
     if vehicle is not None:
-        _doubt_axles(vehicle, wheelset)
+        _check_plausible_axles(vehicle, wheelset)
         wheelset = replace(wheelset, mass=vehicle.mass / vehicle.axles)
     return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake)
 
 
-def _doubt_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
+def _check_plausible_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
     """Doubt numbers of a wheelset's file that do not fit the vehicle whose axles it describes."""
     resistance, wheels = wheelset.resistance, wheelset.element.wheels
     free = not (resistance.constant or resistance.linear or resistance.quadratic)
@@ -642,4 +644,4 @@ def _doubt_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
         ),
     ):
         if not fits:
-            doubt(key, sentence)
+            note_warning(key, sentence)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from contactlib.base.quantities import Parameter, Parameters, declared
 from contactlib.element.force_element import ForceElement
-from contactlib.files.reading import doubt, file_beside, in_file
+from contactlib.files.reading import file_beside, in_file, note_warning
 from contactlib.laws.formula import formula_laws
 from contactlib.laws.friction import Friction
 from contactlib.laws.hertz import Contact, EllipticContact, LineContact, Material
@@ -194,7 +194,7 @@ def contact_of(given: Given) -> Contact:
         radius, quantity = getattr(contact, key), EllipticContact.quantities()[key]
         if quantity.usual and not quantity.is_usual(radius):
             low, high = quantity.usual
-            doubt(
+            note_warning(
                 "contact.semi_axis_x",
                 f"contact: with the normal load of {contact.normal_load:g} N and Young's modulus, "
                 f"the semi-axes are those of a relative {key} of {radius:.4g} m: {low:g} to "

@@ -22,7 +22,7 @@ from contactlib.base.text import known_names
 from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.files.rail_conditions import found_condition, placeholder_lists
-from contactlib.files.reading import doubt, file_beside, in_file, text
+from contactlib.files.reading import file_beside, in_file, note_warning, text
 from contactlib.vehicle.track import FACTOR, GRADIENT, LISTS, RAILS, Track
 
 COLUMNS = ("distance", *LISTS, "condition")
@@ -81,13 +81,13 @@ def read_track_map(path: Path) -> dict[str, Any]:
         if name == "slope" and factor != 1.0:
             raise ValueError(f"line {line}: {cell} has a unit; {GRADIENT}")
         if name == "speed_limit" and not unit:
-            _doubt_limits(f"line {line}: ", column.tolist())
+            _check_plausible_limits(f"line {line}: ", column.tolist())
         bad = np.flatnonzero(~limits.allows(factor * column))
         if bad.size:
             place = int(bad[0])
             raise ValueError(
                 f"line {body[place][0]}: {cell} = {float(column[place])!r} is out of range: must "
-                f"be {limits}" + (f"; {limits.doubtful}" if limits.doubtful else "")
+                f"be {limits}" + (f"; {limits.hint}" if limits.hint else "")
             )
         values[name] = (factor * column).tolist()
         if unit and name.startswith("friction"):
@@ -116,7 +116,7 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     if not isinstance(track, Mapping):
         return data
     limits = values if isinstance(values := track.get("speed_limit"), list) else []
-    _doubt_limits("track.", [value for value in limits if isinstance(value, float | int)])
+    _check_plausible_limits("track.", [value for value in limits if isinstance(value, float | int)])
     if "map" not in track:
         names = track.get("condition", [])
         if not isinstance(names, list):
@@ -133,11 +133,11 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**data, "track": {**columns, **track}}
 
 
-def _doubt_limits(where: str, bare: Sequence[float]) -> None:
+def _check_plausible_limits(where: str, bare: Sequence[float]) -> None:
     """Doubt speed limits that a file gives without a unit."""
     largest = max(bare, default=0.0)
     if largest > FASTEST:
-        doubt(
+        note_warning(
             "track.speed_limit",
             f"{where}speed_limit = {largest:g} has no unit, so it is in m/s, where up to "
             f"{FASTEST:g} is usual; is it in km/h? then write the unit",
@@ -151,17 +151,17 @@ def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
     sides = track.friction_left, track.friction_right or track.friction_left
     largest = max(max(side.value) for side in sides)
     if "unit" not in given and largest <= COEFFICIENT:
-        doubt(
+        note_warning(
             "track.friction",
             f"track: the factors on friction are at most {largest:g}, and 1 is the vehicle's own "
             "friction; are they friction coefficients? then set track.unit = 'coefficient', else "
             "'factor'",
         )
     if "slope" in given and not any(key in given for key in RAILS[:3]):
-        doubt("track.slope", f"track: slope without friction: {GRADIENT}")
+        note_warning("track.slope", f"track: slope without friction: {GRADIENT}")
     ramps = [key for key in LISTS if _ramps(given.get("distance", ()), given.get(key, ()))]
     if "between" not in given and "speed_limit" in ramps[1:]:
-        doubt(
+        note_warning(
             "track.between",
             f"track: speed_limit changes in steps, {' and '.join(ramps[:-1])} linearly between "
             "places; is it a table of sections? then set track.between = 'steps', else 'linear'",

@@ -46,5 +46,5 @@ from contactlib.kernel.tables import NativeContact as NativeContact
 from contactlib.kernel.tables import NativeTable as NativeTable
 from contactlib.kernel.tables import framed as framed
 from contactlib.kernel.tables import shipped_path as shipped_path
+from contactlib.kernel.tables import table_coordinate as table_coordinate
 from contactlib.kernel.tables import table_nodes as table_nodes
-from contactlib.kernel.tables import table_place as table_place

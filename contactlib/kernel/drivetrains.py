@@ -120,7 +120,7 @@ class NativeFleet:
         row = pointer(inputs, "drivetrain_input")
         changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
         state = pointer(states, "drivetrain_state")
-        step_on, size = library().drivetrain_advance_many, self.size
+        step_on, size = library().drivetrains_advance, self.size
         of_all = self.members, size, self.axles
 
         def advance(place: int, time: float, step: float, tolerance: float) -> None:
@@ -157,7 +157,7 @@ class NativeFleet:
     ) -> Callable[[int], None]:
         """Function that sets the outputs of the states under a row of the inputs."""
         row, state = pointer(inputs, "drivetrain_input"), pointer(states, "drivetrain_state")
-        output, evaluate = pointer(outputs, "drivetrain_output"), library().drivetrain_evaluate_many
+        output, evaluate = pointer(outputs, "drivetrain_output"), library().drivetrains_evaluate
         members, size = self.members, self.size
 
         def set_outputs(place: int) -> None:
@@ -169,7 +169,7 @@ class NativeFleet:
         """Output records of input and state records, both of shape (..., n)."""
         inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
         outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
-        library().drivetrain_evaluate_many(
+        library().drivetrains_evaluate(
             self.members,
             self.size,
             states.size // self.size,
@@ -192,7 +192,7 @@ class NativeFleet:
         for i, key in enumerate(keys):
             same = found.setdefault(key, i)
             if same == i:
-                library().drivetrain_grip_many(
+                library().drivetrains_grip(
                     self.members + i,
                     1,
                     pointer(inputs[i : i + 1], "drivetrain_input"),
@@ -209,7 +209,7 @@ class NativeFleet:
         It is ten times as fast where neighbours are of the same member under similar inputs.
         """
         force = np.empty(which.size)
-        library().drivetrain_peak_many(
+        library().drivetrains_peak(
             self.members,
             pointer(np.ascontiguousarray(which, np.uintp), "size_t"),
             which.size,

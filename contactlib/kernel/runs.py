@@ -21,10 +21,10 @@ class NativeLaw:
         library()
         self.struct = ffi.new("control_law *", parameters)
 
-    def command(self, reference: float, creepage: float, memory: float) -> Any:
-        """Struct of the torque, the memory's rate and their derivatives."""
+    def command(self, reference: float, creepage: float, integral_torque: float) -> Any:
+        """Struct of the torque, its integral part's rate and their derivatives."""
         command = ffi.new("control_command *")
-        library().control_law_command(self.struct, reference, creepage, memory, command)
+        library().control_law_command(self.struct, reference, creepage, integral_torque, command)
         return command
 
 

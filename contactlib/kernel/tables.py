@@ -109,7 +109,7 @@ class NativeContact:
         self.struct = ffi.new("creep_table *", table.struct[0])
         bytes_of = pointer(words, "uint64_t")
         if any_ellipse:
-            shape = self.struct.pair = ffi.new("creep_forces *")
+            shape = self.struct.bodies = ffi.new("creep_forces *")
             error = lib.creep_forces_open(shape, self.struct, bytes_of, len(data))
         else:
             shape = self.struct.lateral_spin = ffi.new("lateral_spin_contact *")
@@ -144,6 +144,6 @@ def table_nodes(u: FloatArray, k_hat: float, layer_ratio: float = 0.0, **shape: 
     return Node(*np.array(rows).T)
 
 
-def table_place(normalized_creepage: float, k_hat: float) -> float:
+def table_coordinate(normalized_creepage: float, k_hat: float) -> float:
     """Parameter t of the table at a creepage and a k_hat above zero."""
-    return float(library().creep_table_place(normalized_creepage, k_hat))
+    return float(library().creep_table_coordinate(normalized_creepage, k_hat))

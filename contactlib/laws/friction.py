@@ -36,7 +36,7 @@ SOFTENING_TEMPERATURE = Quantity(
     at_least=0.0,
     at_most=1e6,
     usual=(0.0, 1480.0),
-    doubtful="it is a rise above ambient, and steel melts at 1480 K above",
+    hint="it is a rise above ambient, and steel melts at 1480 K above",
 )
 FALL_TEMPERATURE = replace(SOFTENING_TEMPERATURE, at_least=1.0)  # if friction does fall
 STEEL_EFFUSIVITY = 13437.0  # that of `laws.heat.STEEL`

@@ -179,7 +179,7 @@ def behind(values: FloatArray, distance: FloatArray) -> FloatArray:
 class Stick(NamedTuple):
     """States of a line contact at one Lam, each at several stick boundaries, (n,)."""
 
-    softening: float  # sigma, Eq. (2)
+    stiffness: float  # sigma, Eq. (2)
     creepage: FloatArray  # X0
     excess: FloatArray  # X0 over its limits without a layer and without bodies together
     slipped: FloatArray  # 1 - q0
@@ -227,7 +227,7 @@ class Interpolants(NamedTuple):
 
     excess: FloatArray  # over p(c), (ANGLES, RATIOS)
     ratio: FloatArray  # q0 over sin(angle), (ANGLES, RATIOS)
-    softening: FloatArray  # sigma (1 + pi Lam), (RATIOS,)
+    stiffness: FloatArray  # sigma (1 + pi Lam), (RATIOS,)
 
 
 @cache
@@ -242,22 +242,22 @@ def interpolants() -> Interpolants:
     w, from_ratios = nodes(RATIOS)
     angle = 0.5 * np.pi * y**2
     excess, ratio = np.empty((ANGLES, RATIOS)), np.empty((ANGLES, RATIOS))
-    softening = np.empty(RATIOS)
+    stiffness = np.empty(RATIOS)
     for j, lam in enumerate((w / (1.0 - w)) ** 3):
         state = states(lam, angle)
         excess[:, j] = state.excess / np.sin(2.0 * angle)
         ratio[:, j] = (1.0 - state.slipped) / np.sin(angle)
-        softening[j] = state.softening * (1.0 + np.pi * lam)
+        stiffness[j] = state.stiffness * (1.0 + np.pi * lam)
     return Interpolants(
         from_angles @ excess @ from_ratios.T,
         from_angles @ ratio @ from_ratios.T,
-        from_ratios @ softening,
+        from_ratios @ stiffness,
     )
 
 
 def full_stick(lam_over_d: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sigma of Eq. (2), and its derivative by ln(Lam)."""
-    coefficients = interpolants().softening
+    coefficients = interpolants().stiffness
     cubic = np.cbrt(lam_over_d)
     w = cubic / (1.0 + cubic)
     winkler = 1.0 / (1.0 + np.pi * lam_over_d)

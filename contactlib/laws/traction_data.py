@@ -30,7 +30,7 @@ from contactlib.base.quantities import (
     shown,
     warn,
 )
-from contactlib.base.text import harmless_line, known_names
+from contactlib.base.text import known_names, printable_line
 from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.laws.hertz import NORMAL_LOAD
@@ -198,7 +198,7 @@ class TractionData:
             if "speed" in numbers and speed is not None:
                 raise ValueError("the file has a speed column, so speed must not be given")
         except ValueError as error:
-            raise ValueError(f"{place}: {harmless_line(str(error))}") from None
+            raise ValueError(f"{place}: {printable_line(str(error))}") from None
         for name, maximum, how in (
             ("creepage", 2.0, "creepage_unit = '%'"),
             ("traction_coefficient", 1.5, "the column's name, as in 'mu [%]'"),

@@ -20,7 +20,7 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.files.scenario import Scenario, load_scenario
-from contactlib.runs.accumulators import NEGLIGIBLE, DerivedRows, Vehicles
+from contactlib.runs.accumulators import NEGLIGIBLE, DerivedRows, DrivetrainArrays
 from contactlib.runs.plant import Plant, default_step
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP
 from contactlib.traction import Measurement
@@ -93,7 +93,7 @@ class _Wheelsets:
             *(checked_number(f"scales.{k}", v, POSITIVE) for k, v in scales._asdict().items())
         )
         self._slip_cost = checked_number("slip_cost", slip_cost, NOT_NEGATIVE)
-        self._vehicles = Vehicles.of(self.plant.trains)
+        self._drivetrains = DrivetrainArrays.of(self.plant.trains)
         self._doubted = False
         self._divisors = np.array([self.scales.torque, *self.scales])
         highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
@@ -131,7 +131,7 @@ class _Wheelsets:
         """Begin again with the run of the index `seed`, by default a random one, and the next."""
         index = int(generator.integers(DRAWN)) if seed is None else seed
         self._measured = self.plant.reset(index)
-        rows = DerivedRows(self.plant.now(), self._vehicles)
+        rows = DerivedRows(self.plant.now(), self._drivetrains)
         self._work = rows["creep_work"][0]
         return self._observed(), self._info(rows)
 
@@ -155,9 +155,9 @@ class _Wheelsets:
         """Hold a torque until the next sample [N.m]: what `step` of an environment returns."""
         _ = self.measurement  # an episode has begun
         self._measured = self.plant.step(torque)
-        rows = DerivedRows(self.plant.now(), self._vehicles)
+        rows = DerivedRows(self.plant.now(), self._drivetrains)
         used, possible = (signal[0] for signal in rows.transmittable)
-        allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * self._vehicles.grip)
+        allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * self._drivetrains.grip)
         way = self.sample_time * np.maximum(np.abs(rows["speed"][0]), LOW_SPEED)
         work, self._work = self._work, rows["creep_work"][0]
         lost = np.maximum(possible - used, 0.0) + self._slip_cost / way * (self._work - work)
@@ -170,9 +170,9 @@ class _Wheelsets:
     def _warn_off_map(self, distance: FloatArray) -> None:
         """Warn once of the first wheelset that left the map of its track or never met it."""
         for track, end in zip(self.plant.tracks, distance.tolist(), strict=True):
-            if doubt := track.doubt(min(end, 0.0), max(end, 0.0)):
+            if warning := track.warning(min(end, 0.0), max(end, 0.0)):
                 self._doubted = True
-                warn(doubt)
+                warn(warning)
                 return
 
     def _observed(self) -> NDArray[np.float32]:

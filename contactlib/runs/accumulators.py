@@ -21,10 +21,10 @@ WINDOW = 0.1  # time over which the jerk's acceleration is averaged [s]
 # Fraction of the transmittable force that counts as recovered [1]. Limit cycles of cut and re-apply
 # use nearly 0.9 in the mean; on a share this close, noise would decide.
 RECOVERED = 0.8
-LASTS = 1.0  # time over which it has to be recovered in the mean [s]
-FOLLOWS = 0.1  # time in which a sampled controller follows a change of the demand [s]
-STANDS = 0.1  # speed below which a vehicle has stopped [m/s]
-WATCHED = 5.0 / 3.6  # speed above which a wheel counts as locked [m/s]
+RECOVERY_TIME = 1.0  # time over which it has to be recovered in the mean [s]
+RESPONSE_TIME = 0.1  # time in which a sampled controller follows a change of the demand [s]
+STOPPED_SPEED = 0.1  # speed below which a vehicle has stopped [m/s]
+MIN_LOCK_SPEED = 5.0 / 3.6  # speed above which a wheel counts as locked [m/s]
 LOCKED = 0.05  # rim speed / vehicle speed below which it is locked [1]
 NEGLIGIBLE = 0.01  # lack of force that is ignored / grip [1]
 
@@ -56,7 +56,7 @@ class OneRun:
         return self._result[name][:, np.newaxis]
 
 
-class Vehicles(NamedTuple):
+class DrivetrainArrays(NamedTuple):
     """Parameters of the n drivetrains that outcomes use; arrays of shape (n,).
 
     Outcomes are of vehicles: of each drivetrain, or of several neighbouring axles.
@@ -128,8 +128,8 @@ class Vehicles(NamedTuple):
 class DerivedRows:
     """Rows, with derived signals that several outcomes share."""
 
-    def __init__(self, rows: Rows, vehicles: Vehicles) -> None:
-        self._rows, self.vehicles = rows, vehicles
+    def __init__(self, rows: Rows, drivetrains: DrivetrainArrays) -> None:
+        self._rows, self.drivetrains = rows, drivetrains
 
     @property
     def time(self) -> FloatArray:
@@ -143,7 +143,7 @@ class DerivedRows:
     @cached_property
     def _demand(self) -> FloatArray:
         """Demanded torque on the axle [N.m]; that of a brake is against the motion."""
-        demand, stopped = self._rows["demand"], self.vehicles.stopped
+        demand, stopped = self._rows["demand"], self.drivetrains.stopped
         if not stopped.any():
             return demand
         speed = self["speed"]
@@ -153,7 +153,7 @@ class DerivedRows:
     @cached_property
     def brake_demand(self) -> FloatArray:
         """Torque that a brake follows, also one that holds a standing vehicle [N.m]."""
-        return np.where(self.vehicles.stopped > 0.0, np.maximum(-self._rows["demand"], 0.0), 0.0)
+        return np.where(self.drivetrains.stopped > 0.0, np.maximum(-self._rows["demand"], 0.0), 0.0)
 
     @cached_property
     def braking(self) -> FloatArray:
@@ -173,7 +173,7 @@ class DerivedRows:
         Q_t is the smaller of the available force and the magnitude of the demanded force; s is the
         sign of the latter.
         """
-        v, force = self.vehicles, self["creep_force"]
+        v, force = self.drivetrains, self["creep_force"]
         turning = v.inertia / v.radius
         left = self["demand"] - (v.damping / v.radius) * self["speed"]
         # F/M = Q/M - dV/dt; 1/M is zero if the speed is held.
@@ -196,7 +196,7 @@ class Accumulator(Protocol):
         """Return the numbers of the rows so far, shape (n,)."""
 
 
-class Joint:
+class BlockJoiner:
     """Prepends the last row of the previous block to a block."""
 
     def __init__(self) -> None:
@@ -216,12 +216,12 @@ class Integral:
     """Trapezoidal integral of a quantity over time; `demanded`: only while there is a demand."""
 
     def __init__(self, quantity: Quantity, *, demanded: bool = False) -> None:
-        self._quantity, self._demanded, self._joint = quantity, demanded, Joint()
+        self._quantity, self._demanded, self._join = quantity, demanded, BlockJoiner()
         self._twice: FloatArray | None = None
 
     def add(self, rows: DerivedRows) -> None:
         """Add the next rows."""
-        y, demand, time = self._joint(self._quantity(rows), rows["demand"], rows.time)
+        y, demand, time = self._join(self._quantity(rows), rows["demand"], rows.time)
         if self._twice is None:
             self._twice = np.zeros(y.shape[1])
         parts = np.diff(time)[:, np.newaxis] * (y[1:] + y[:-1])
@@ -239,12 +239,12 @@ class HeldIntegral:
     """Integral over time of a quantity that is constant from each row to the next."""
 
     def __init__(self, quantity: Quantity) -> None:
-        self._quantity, self._joint = quantity, Joint()
+        self._quantity, self._join = quantity, BlockJoiner()
         self._sum: FloatArray | None = None
 
     def add(self, rows: DerivedRows) -> None:
         """Add the next rows."""
-        y, time = self._joint(self._quantity(rows), rows.time)
+        y, time = self._join(self._quantity(rows), rows.time)
         if self._sum is None:
             self._sum = np.zeros(y.shape[1])
         for part in np.diff(time)[:, np.newaxis] * y[:-1]:
@@ -311,12 +311,12 @@ class Falls:
     """Sum of all falls of a quantity from row to row."""
 
     def __init__(self, quantity: Quantity) -> None:
-        self._quantity, self._joint = quantity, Joint()
+        self._quantity, self._join = quantity, BlockJoiner()
         self._sum: FloatArray | None = None
 
     def add(self, rows: DerivedRows) -> None:
         """Add the next rows."""
-        (y,) = self._joint(self._quantity(rows))
+        (y,) = self._join(self._quantity(rows))
         if self._sum is None:
             self._sum = np.zeros(y.shape[1])
         for part in np.maximum(-np.diff(y, axis=0), 0.0):
@@ -330,8 +330,8 @@ class Falls:
 class Stop:
     """Outcome ``stopping_distance``: way from the first demand of braking to standstill [m]."""
 
-    def __init__(self, vehicles: Vehicles) -> None:
-        self._of = vehicles
+    def __init__(self, drivetrains: DrivetrainArrays) -> None:
+        self._of = drivetrains
         self._begin: FloatArray | None = None  # places; nan before braking
         self._end: FloatArray | None = None
 
@@ -339,7 +339,7 @@ class Stop:
         """Add the next rows."""
         v = self._of
         braking = v.largest(rows.braking) > 0.0
-        stands = np.abs(v.first(rows["speed"])) < STANDS
+        stands = np.abs(v.first(rows["speed"])) < STOPPED_SPEED
         distance = v.first(rows["distance"])
         if self._begin is None or self._end is None:
             self._begin, self._end = (np.full(distance.shape[1], np.nan) for _ in range(2))
@@ -363,7 +363,7 @@ class Locked:
     """
 
     def __init__(self, amount: Quantity) -> None:
-        self._amount, self._joint = amount, Joint()
+        self._amount, self._join = amount, BlockJoiner()
         self._now: FloatArray | None = None
         self._largest: FloatArray | None = None
 
@@ -371,8 +371,8 @@ class Locked:
         """Add the next rows."""
         speed = np.abs(rows["speed"])
         rim = np.minimum(np.abs(rows["omega_left"]), np.abs(rows["omega_right"]))
-        rolls = (speed <= WATCHED) | (rows.vehicles.radius * rim >= LOCKED * speed)
-        locked, amount = self._joint(np.where(rolls, 0.0, 1.0), self._amount(rows))
+        rolls = (speed <= MIN_LOCK_SPEED) | (rows.drivetrains.radius * rim >= LOCKED * speed)
+        locked, amount = self._join(np.where(rolls, 0.0, 1.0), self._amount(rows))
         if self._now is None or self._largest is None:
             self._now = self._largest = np.zeros(speed.shape[1])
         for part, on in zip(np.diff(amount, axis=0), locked[:-1], strict=True):
@@ -384,7 +384,7 @@ class Locked:
         return _known(self._largest)
 
 
-class Together:
+class Combined:
     """Combines several accumulators by a function of them."""
 
     def __init__(self, value: Callable[..., FloatArray], *accumulators: Accumulator) -> None:
@@ -412,8 +412,8 @@ class Jerk:
     Keeps the rows of two windows and interpolates the speed linearly between rows.
     """
 
-    def __init__(self, vehicles: Vehicles) -> None:
-        self._held = vehicles.held
+    def __init__(self, drivetrains: DrivetrainArrays) -> None:
+        self._held = drivetrains.held
         self._largest = np.full(self._held.size, np.nan)
         self._time = np.zeros(0)
         self._speed = np.zeros((0, self._held.size))
@@ -448,10 +448,10 @@ class Recovery:
     Keeps the rows of one window. The surplus is the lack that does not count minus the shortfall.
     """
 
-    def __init__(self, vehicles: Vehicles) -> None:
-        n = vehicles.grip.size
-        self._negligible = NEGLIGIBLE * vehicles.grip
-        self._joint = Joint()
+    def __init__(self, drivetrains: DrivetrainArrays) -> None:
+        n = drivetrains.grip.size
+        self._negligible = NEGLIGIBLE * drivetrains.grip
+        self._join = BlockJoiner()
         self._time = np.zeros(0)
         self._lacks = np.zeros((0, n), dtype=np.bool_)  # whether the surplus is negative
         self._slips = np.zeros((0, n), dtype=np.bool_)  # whether slip or its control is the cause
@@ -468,12 +468,12 @@ class Recovery:
         lacks = np.concatenate([self._lacks, surplus < 0.0])
         slips = np.concatenate([self._slips, (rows["falling_branch"] > 0.0) | self._held(rows)])
         time = np.concatenate([self._time, rows.time])
-        surplus, when = self._joint(surplus, rows.time)
+        surplus, when = self._join(surplus, rows.time)
         parts = 0.5 * np.diff(when)[:, np.newaxis] * (surplus[1:] + surplus[:-1])
         sums = self._sum if self._time.size else np.zeros((1, self._since.size))
         sums = np.concatenate([sums, np.cumsum(np.concatenate([sums[-1:], parts]), axis=0)[1:]])
-        done = int(np.count_nonzero(time + LASTS <= time[-1]))
-        later = np.searchsorted(time, time[:done] + LASTS, side="right") - 1
+        done = int(np.count_nonzero(time + RECOVERY_TIME <= time[-1]))
+        later = np.searchsorted(time, time[:done] + RECOVERY_TIME, side="right") - 1
         self._time, self._lacks, self._slips = time, lacks, slips
         self._since, self._longest = self._answered(sums[later] >= sums[:done])
         self._time, self._lacks, self._slips = time[done:], lacks[done:], slips[done:]
@@ -484,9 +484,9 @@ class Recovery:
         time, demand = self._before
         time = np.concatenate([time, rows.time])
         demand = np.concatenate([demand, np.abs(rows["demand"])])
-        before = np.maximum(np.searchsorted(time, rows.time - FOLLOWS, side="right") - 1, 0)
+        before = np.maximum(np.searchsorted(time, rows.time - RESPONSE_TIME, side="right") - 1, 0)
         least = np.minimum(demand[before], demand[-rows.time.size :])
-        first = int(np.searchsorted(time, time[-1] - 2.0 * FOLLOWS))
+        first = int(np.searchsorted(time, time[-1] - 2.0 * RESPONSE_TIME))
         self._before = time[first:], demand[first:]
         return np.asarray(np.abs(rows["commanded_torque"]) < RECOVERED * least)
 

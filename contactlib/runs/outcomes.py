@@ -21,7 +21,9 @@ from contactlib.base.text import fixed_width
 from contactlib.base.writing import write_whole
 from contactlib.runs.accumulators import (
     Accumulator,
+    Combined,
     DerivedRows,
+    DrivetrainArrays,
     Ends,
     Extremes,
     Falls,
@@ -33,8 +35,6 @@ from contactlib.runs.accumulators import (
     Recovery,
     Rows,
     Stop,
-    Together,
-    Vehicles,
 )
 from contactlib.runs.result import WORKS, Result
 from contactlib.runs.vehicle_runs import VehicleResult
@@ -60,7 +60,7 @@ class Outcome:
         Computes the number from a `contactlib.runs.analysis.Analysis`; None if controllers have
         to run for it.
     extends : str
-        Outcome that is compared with the same run on even rails: its value there counts as 1, and
+        Outcome that is compared with the same run on uniform friction: its value there is 1, and
         only the excess is given. Empty for others.
     percent : bool
         Whether values are shown in per cent.
@@ -76,7 +76,7 @@ class Outcome:
 
     unit: str
     description: str
-    observe: Callable[[Vehicles], Accumulator] | None = None
+    observe: Callable[[DrivetrainArrays], Accumulator] | None = None
     analyse: Callable[[Any], float] | None = None
     extends: str = ""
     percent: bool = False
@@ -93,7 +93,7 @@ class Outcome:
         return {"units": self.unit, "long_name": self.description, **shown}
 
 
-def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumulator]:
+def accumulators(names: Sequence[str], drivetrains: DrivetrainArrays) -> dict[str, Accumulator]:
     """Observers of outcomes of runs, by name.
 
     Raises
@@ -106,7 +106,7 @@ def accumulators(names: Sequence[str], vehicles: Vehicles) -> dict[str, Accumula
         row = OUTCOMES.get(name)
         if row is None or row.observe is None:
             raise ValueError(f"outcome = {name!r} must be one of: {', '.join(OUTCOMES)}")
-        observers[name] = row.observe(vehicles)
+        observers[name] = row.observe(drivetrains)
     return observers
 
 
@@ -115,9 +115,9 @@ def extended(names: Iterable[str]) -> dict[str, str]:
     return {name: OUTCOMES[name].extends for name in names if OUTCOMES[name].extends}
 
 
-def extension(value: ArrayLike, even: ArrayLike) -> FloatArray:
-    """Value / that on even rails - 1, nan where the latter is zero."""
-    return _share(np.asarray(value), np.asarray(even)) - 1.0
+def extension(value: ArrayLike, uniform: ArrayLike) -> FloatArray:
+    """Value / that on uniform friction - 1, nan where the latter is zero."""
+    return _share(np.asarray(value), np.asarray(uniform)) - 1.0
 
 
 def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
@@ -134,28 +134,28 @@ def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
     return np.asarray(np.divide(part, whole, out=nothing, where=whole > 0.0))
 
 
-def _largest(quantity: Callable[[DerivedRows], FloatArray], v: Vehicles) -> Accumulator:
-    return Together(lambda extremes: v.largest(extremes.value()), Extremes(quantity))
+def _largest(quantity: Callable[[DerivedRows], FloatArray], v: DrivetrainArrays) -> Accumulator:
+    return Combined(lambda extremes: v.largest(extremes.value()), Extremes(quantity))
 
 
-def _in_a_lock(amount: Callable[[DerivedRows], FloatArray], v: Vehicles) -> Accumulator:
-    return Together(lambda largest: v.largest(largest.value()), Locked(amount))
+def _in_a_lock(amount: Callable[[DerivedRows], FloatArray], v: DrivetrainArrays) -> Accumulator:
+    return Combined(lambda largest: v.largest(largest.value()), Locked(amount))
 
 
-def _totals(v: Vehicles) -> Callable[[Accumulator, Accumulator], FloatArray]:
+def _totals(v: DrivetrainArrays) -> Callable[[Accumulator, Accumulator], FloatArray]:
     """Function that gives the share of one accumulator's totals in another's."""
     return lambda part, whole: _share(v.total(part.value()), v.total(whole.value()))
 
 
-def _overspeed(v: Vehicles) -> Accumulator:
+def _overspeed(v: DrivetrainArrays) -> Accumulator:
     excess = Extremes(lambda rows: np.abs(v.first(rows["speed"])) - v.first(rows["speed_limit"]))
-    return Together(
+    return Combined(
         lambda found: np.where(found.value() == -np.inf, np.nan, np.maximum(found.value(), 0.0)),
         excess,
     )
 
 
-def _speed_error(v: Vehicles) -> Accumulator:
+def _speed_error(v: DrivetrainArrays) -> Accumulator:
     def error(rows: DerivedRows) -> FloatArray:
         if v.axles == 1:
             return np.full(rows["speed"].shape, np.nan)
@@ -164,67 +164,67 @@ def _speed_error(v: Vehicles) -> Accumulator:
     return Extremes(error)
 
 
-def _misjudged(v: Vehicles) -> Accumulator:
+def _misjudged(v: DrivetrainArrays) -> Accumulator:
     def exceeds(error: Extremes, speed: Extremes) -> FloatArray:
         found = error.value()
         return np.where(np.isnan(found), np.nan, found > MAX_SPEED_ERROR * speed.value())
 
-    return Together(exceeds, _speed_error(v), Extremes(lambda rows: np.abs(v.first(rows["speed"]))))
+    return Combined(exceeds, _speed_error(v), Extremes(lambda rows: np.abs(v.first(rows["speed"]))))
 
 
-def _utilisation(vehicles: Vehicles) -> Accumulator:
-    return Together(
-        _totals(vehicles),
+def _utilisation(drivetrains: DrivetrainArrays) -> Accumulator:
+    return Combined(
+        _totals(drivetrains),
         Integral(lambda rows: np.minimum(*rows.transmittable), demanded=True),
         Integral(lambda rows: rows.transmittable[1], demanded=True),
     )
 
 
-def _limited_utilisation(vehicles: Vehicles) -> Accumulator:
-    return Together(
-        _totals(vehicles),
+def _limited_utilisation(drivetrains: DrivetrainArrays) -> Accumulator:
+    return Combined(
+        _totals(drivetrains),
         HeldIntegral(lambda rows: np.minimum(*rows.transmittable) * rows.limited),
         HeldIntegral(lambda rows: rows["available_force"] * rows.limited),
     )
 
 
-def _largest_slip_speed(vehicles: Vehicles) -> Accumulator:
+def _largest_slip_speed(drivetrains: DrivetrainArrays) -> Accumulator:
     def slip(rows: DerivedRows) -> FloatArray:
         left, right = (
-            np.abs(vehicles.radius * rows[f"omega_{side}"] - rows["speed"])
+            np.abs(drivetrains.radius * rows[f"omega_{side}"] - rows["speed"])
             for side in ("left", "right")
         )
         return np.maximum(left, right)
 
-    return _largest(slip, vehicles)
+    return _largest(slip, drivetrains)
 
 
-def _slip_share(vehicles: Vehicles) -> Accumulator:
+def _slip_share(drivetrains: DrivetrainArrays) -> Accumulator:
     def passed_on(rows: DerivedRows) -> FloatArray:
         """Power that contacts pass on, to the vehicle or to a wheel that is braked [W]."""
         power = np.zeros_like(rows["speed"])
         for side in ("left", "right"):
-            force, rim = rows[f"creep_force_{side}"], vehicles.radius * rows[f"omega_{side}"]
+            force, rim = rows[f"creep_force_{side}"], drivetrains.radius * rows[f"omega_{side}"]
             power += np.maximum(force * rows["speed"], 0.0) + np.maximum(-force * rim, 0.0)
         return power
 
     def share(work: Ends, rest: Integral) -> FloatArray:
-        slip = vehicles.total(work.change())
-        return _share(slip, slip + vehicles.total(rest.value()))
+        slip = drivetrains.total(work.change())
+        return _share(slip, slip + drivetrains.total(rest.value()))
 
-    return Together(share, Ends(_signal("creep_work")), Integral(passed_on))
+    return Combined(share, Ends(_signal("creep_work")), Integral(passed_on))
 
 
-def _torsional_peak(vehicles: Vehicles) -> Accumulator:
-    return Together(
-        lambda largest: vehicles.largest(np.where(vehicles.rigid, np.nan, largest.value())),
+def _torsional_peak(drivetrains: DrivetrainArrays) -> Accumulator:
+    return Combined(
+        lambda largest: drivetrains.largest(np.where(drivetrains.rigid, np.nan, largest.value())),
         Extremes(lambda rows: np.abs(rows["axle_torque"])),
     )
 
 
-def _energy_defect(vehicles: Vehicles) -> Accumulator:
+def _energy_defect(drivetrains: DrivetrainArrays) -> Accumulator:
     def total(name: str) -> Callable[[DerivedRows], FloatArray]:
-        return lambda rows: vehicles.total(rows[name])
+        return lambda rows: drivetrains.total(rows[name])
 
     def share(defect: Extremes, *energies: Extremes) -> FloatArray:
         largest = np.max(np.stack([energy.range() for energy in energies]), axis=0)
@@ -232,32 +232,32 @@ def _energy_defect(vehicles: Vehicles) -> Accumulator:
 
     energies = (Extremes(total(name)) for name in (*WORKS, "stored_energy"))
     defect = total("energy_defect")
-    return Together(share, Extremes(lambda rows: np.abs(defect(rows))), *energies)
+    return Combined(share, Extremes(lambda rows: np.abs(defect(rows))), *energies)
 
 
-def _change(name: str) -> Callable[[Vehicles], Accumulator]:
-    return lambda v: Together(lambda ends: v.total(ends.change()), Ends(_signal(name)))
+def _change(name: str) -> Callable[[DrivetrainArrays], Accumulator]:
+    return lambda v: Combined(lambda ends: v.total(ends.change()), Ends(_signal(name)))
 
 
 def _mean(integral: Integral | HeldIntegral) -> Accumulator:
-    return Together(
+    return Combined(
         lambda integral, time: integral.value() / time.change(),
         integral,
         Ends(lambda rows: rows.time[:, np.newaxis]),
     )
 
 
-def _air_used(v: Vehicles) -> Accumulator:
+def _air_used(v: DrivetrainArrays) -> Accumulator:
     def share(falls: Falls, demand: Extremes) -> FloatArray:
         return _share(v.total(falls.value()), v.total(demand.value()))
 
     largest = Extremes(lambda rows: rows.brake_demand)
-    return Together(share, Falls(_signal("brake_torque")), largest)
+    return Combined(share, Falls(_signal("brake_torque")), largest)
 
 
 OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
     {
-        "adhesion_utilisation": Outcome(
+        "utilisation": Outcome(
             "1",
             "force used / force that could be transmitted, while there is a demand",
             _utilisation,
@@ -283,7 +283,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "recovery_time": Outcome(
             "s",
             "longest time from a lack of force by slip or its control until it is back and stays",
-            lambda v: Together(lambda recovery: v.largest(recovery.value()), Recovery(v)),
+            lambda v: Combined(lambda recovery: v.largest(recovery.value()), Recovery(v)),
             infinite="does not recover",
             zero="force never lacks",
         ),
@@ -294,7 +294,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "jerk": Outcome(
             "m/s3",
             "largest change of the vehicle's acceleration",
-            lambda v: Together(lambda jerk: v.first(jerk.value()), Jerk(v)),
+            lambda v: Combined(lambda jerk: v.first(jerk.value()), Jerk(v)),
             missing="speed is held",
         ),
         "torsional_peak": Outcome(
@@ -306,7 +306,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         "distance": Outcome(
             "m",
             "distance travelled",
-            lambda v: Together(lambda ends: v.first(ends.change()), Ends(_signal("distance"))),
+            lambda v: Combined(lambda ends: v.first(ends.change()), Ends(_signal("distance"))),
         ),
         "energy_defect": Outcome("1", "largest error of the energy balance", _energy_defect),
         "final_speed": Outcome(
@@ -388,7 +388,7 @@ class Metrics(NamedTuple):
 
     Attributes
     ----------
-    adhesion_utilisation : float
+    utilisation : float
         int min(s Q, Q_t) dt / int Q_t dt over the time in which the demand is not zero [1]. Force
         beyond Q_t, from a wheel that spins down, does not compensate for force that was lost.
     limited_utilisation : float
@@ -425,7 +425,7 @@ class Metrics(NamedTuple):
         energy [1].
     """
 
-    adhesion_utilisation: float
+    utilisation: float
     limited_utilisation: float
     largest_creepage: float
     largest_slip_speed: float
@@ -448,7 +448,7 @@ def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
     drivetrain : Drivetrain
         The scenario's drivetrain.
     """
-    return Metrics(**_numbers(OneRun(result), Metrics._fields, Vehicles.of([drivetrain])))
+    return Metrics(**_numbers(OneRun(result), Metrics._fields, DrivetrainArrays.of([drivetrain])))
 
 
 class VehicleMetrics(NamedTuple):
@@ -463,7 +463,7 @@ class VehicleMetrics(NamedTuple):
         Distance from the first demand against the motion until the speed is below 0.1 m/s [m]; nan
         if the vehicle does not stop.
     stopping_extension : float
-        Stopping distance / that of the run on even rails - 1 [1]; nan without either.
+        Stopping distance / that of the run on uniform friction - 1 [1]; nan without either.
     speed_error : float
         Largest error of the vehicle speed that the controllers get [m/s].
     locked_time : float
@@ -476,7 +476,7 @@ class VehicleMetrics(NamedTuple):
         vented from the brake cylinders, in full applications. nan without a demand of braking.
     """
 
-    adhesion_utilisation: float
+    utilisation: float
     limited_utilisation: float
     largest_creepage: float
     largest_slip_speed: float
@@ -495,7 +495,7 @@ class VehicleMetrics(NamedTuple):
     air_used: float
 
 
-class SideBySide:
+class AxlesOfRun:
     """Presents the result of a vehicle's run as the rows of its axles' runs."""
 
     def __init__(self, result: VehicleResult) -> None:
@@ -512,7 +512,7 @@ class SideBySide:
 
 
 def vehicle_metrics(
-    result: VehicleResult, drivetrain: Drivetrain, *, even: VehicleResult | None = None
+    result: VehicleResult, drivetrain: Drivetrain, *, uniform: VehicleResult | None = None
 ) -> VehicleMetrics:
     """Metrics of a run of a vehicle; `metrics` gives those of one of its axles.
 
@@ -522,21 +522,21 @@ def vehicle_metrics(
         Result of `run_vehicle`.
     drivetrain : Drivetrain
         The scenario's drivetrain, which is that of each axle.
-    even : VehicleResult, optional
-        Run of `scenario.on_even_rails`, with which a stop is compared.
+    uniform : VehicleResult, optional
+        Run of `scenario.on_uniform_friction`, with which a stop is compared.
     """
     axles = len(result.axles)
-    vehicles = Vehicles.of([drivetrain] * axles, axles)
-    found = _numbers(SideBySide(result), VehicleMetrics._fields, vehicles)
+    drivetrains = DrivetrainArrays.of([drivetrain] * axles, axles)
+    found = _numbers(AxlesOfRun(result), VehicleMetrics._fields, drivetrains)
     for name, of in extended(found).items():
-        least = _numbers(SideBySide(even), [of], vehicles)[of] if even else math.nan
+        least = _numbers(AxlesOfRun(uniform), [of], drivetrains)[of] if uniform else math.nan
         found[name] = float(extension(found[name], least))
     return VehicleMetrics(**found)
 
 
-def _numbers(rows: Rows, names: Sequence[str], vehicles: Vehicles) -> dict[str, float]:
+def _numbers(rows: Rows, names: Sequence[str], drivetrains: DrivetrainArrays) -> dict[str, float]:
     """Outcomes of one run by name."""
-    observers, derived = accumulators(names, vehicles), DerivedRows(rows, vehicles)
+    observers, derived = accumulators(names, drivetrains), DerivedRows(rows, drivetrains)
     for accumulator in observers.values():
         accumulator.add(derived)
     return {name: float(accumulator.value()[0]) for name, accumulator in observers.items()}

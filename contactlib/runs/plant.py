@@ -446,7 +446,7 @@ class Plant:
         self._forces = np.zeros(len(self.trains), kernel.drivetrain_dtype("output"))
         self._find_forces = self.fleet.evaluating(self._inputs, self._states, self._forces)
         records = {"cleaned": self._inputs, "omega": self._states, "creep_force": self._forces}
-        self._pairs = {name: _both_sides(array, name) for name, array in records.items()}
+        self._by_side = {name: _both_sides(array, name) for name, array in records.items()}
 
     def __getstate__(self) -> dict[str, Any]:
         """State for copies and pickles, without what belongs to the kernel."""
@@ -457,7 +457,7 @@ class Plant:
             "_step_on",
             "_forces",
             "_find_forces",
-            "_pairs",
+            "_by_side",
         )
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
@@ -664,7 +664,7 @@ class Plant:
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
         if self._cleaning.any():
-            self._pairs["cleaned"][place] = self._cleaned
+            self._by_side["cleaned"][place] = self._cleaned
         self._step_on(place, self._timing.step * row, step, self._tolerance)
         if step > 0.0:
             self._after_step(place)
@@ -678,8 +678,8 @@ class Plant:
     def _cleaning_work(self) -> FloatArray:
         """Slip work per length on either rail, shape (n, 2) [J/m]."""
         speed = self._states["speed"][:, np.newaxis]
-        slip = self.radius[:, np.newaxis] * self._pairs["omega"] - speed
-        slip *= self._pairs["creep_force"]
+        slip = self.radius[:, np.newaxis] * self._by_side["omega"] - speed
+        slip *= self._by_side["creep_force"]
         slip /= np.maximum(np.abs(speed), self._slowest[:, np.newaxis])
         return np.asarray(np.maximum(slip, 0.0))
 

@@ -21,7 +21,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
-from contactlib.runs.accumulators import DerivedRows, Vehicles
+from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.derived_columns import UNITS, Block
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
@@ -153,13 +153,13 @@ def run_scenario(
     result = next(kept.results())
     warn_of_damage(result)
     distance, load = result["distance"], float(result["normal_load"].max())
-    for doubt in (
-        scenario.rails.doubt(float(distance.min()), float(distance.max())),
-        scenario.drivetrain.wheelset.element.doubt(load),
+    for warning in (
+        scenario.rails.warning(float(distance.min()), float(distance.max())),
+        scenario.drivetrain.wheelset.element.warning(load),
         *runs.creeping,
     ):
-        if doubt:
-            warn(doubt)
+        if warning:
+            warn(warning)
     return result
 
 
@@ -230,9 +230,12 @@ def run_vehicle(
     for axle in result.axles:
         warn_of_damage(axle)
     places = result["distance"]
-    for doubt in (scenario.rails.doubt(float(places.min()), float(places.max())), *runs.creeping):
-        if doubt:
-            warn(doubt)
+    for warning in (
+        scenario.rails.warning(float(places.min()), float(places.max())),
+        *runs.creeping,
+    ):
+        if warning:
+            warn(warning)
     return result
 
 
@@ -349,12 +352,12 @@ def run_many(
     >>> import contactlib as cl
     >>> case = dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=8.0)
     >>> weak = dataclasses.replace(case, demand=cl.Profile.of(10e3))
-    >>> found = cl.run_many([case, weak], "creep_pi", ["adhesion_utilisation", "final_speed"])
-    >>> found["adhesion_utilisation"].round(2), found["failed"]
+    >>> found = cl.run_many([case, weak], "creep_pi", ["utilisation", "final_speed"])
+    >>> found["utilisation"].round(2), found["failed"]
     (array([0.91, 1.  ]), array([0., 0.]))
     """
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
-    accumulators(outcomes, Vehicles.of([]))
+    accumulators(outcomes, DrivetrainArrays.of([]))
     metrics = checked_metrics(metrics, (*OUTCOMES, FAILED))
     if isinstance(scenarios, Scenario):
         raise ValueError("scenarios must be a list, such as [scenario]")
@@ -376,8 +379,8 @@ def run_many(
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * sum(_axles(scenarios[i]) for i in places) for when, places in groups)
     done, extensions = 0, extended(outcomes)
-    work *= 2 if extensions else 1  # the runs on even rails take as long
-    doubts: list[str] = []
+    work *= 2 if extensions else 1  # the runs on uniform friction take as long
+    noted: list[str] = []
 
     def report(rows: int) -> None:
         nonlocal done
@@ -394,7 +397,7 @@ def run_many(
             tolerance=tolerance,
         )
         kept = Kept(when, runs.units) if metrics else None
-        for name, values in _watch(runs, outcomes, kept, report, doubts).items():
+        for name, values in _watch(runs, outcomes, kept, report, noted).items():
             columns[name][places] = values
         failed = np.asarray(runs.failed.reshape(-1, axles).any(axis=1))
         for name in outcomes:
@@ -408,8 +411,8 @@ def run_many(
                 columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
     if extensions:
-        even = run_many(
-            [scenario.on_even_rails for scenario in scenarios],
+        uniform = run_many(
+            [scenario.on_uniform_friction for scenario in scenarios],
             controller,
             list(extensions.values()),
             index=index,
@@ -418,10 +421,10 @@ def run_many(
             progress=lambda part: progress(0.5 + 0.5 * part),
         )
         for name, of in extensions.items():
-            columns[name] = extension(columns[name], even[of])
-    if doubts:
-        others = f" (and so {len(doubts) - 1} other runs)" if len(doubts) > 1 else ""
-        warn(f"{doubts[0]}{others}")
+            columns[name] = extension(columns[name], uniform[of])
+    if noted:
+        others = f" (and so {len(noted) - 1} other runs)" if len(noted) > 1 else ""
+        warn(f"{noted[0]}{others}")
     return columns
 
 
@@ -469,15 +472,15 @@ def _watch(
     outcomes: Sequence[str],
     kept: Kept | None,
     report: Callable[[int], object],
-    doubts: list[str],
+    noted: list[str],
 ) -> dict[str, FloatArray]:
-    """Run to the end and return the outcomes; add doubts of its end."""
-    vehicles = Vehicles.of(runs.trains, runs.axles)
-    watching = accumulators(outcomes, vehicles)
+    """Run to the end and return the outcomes; add warnings of its end."""
+    drivetrains = DrivetrainArrays.of(runs.trains, runs.axles)
+    watching = accumulators(outcomes, drivetrains)
     low = high = largest = np.zeros(len(runs.trains))
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
-            rows = DerivedRows(block, vehicles)
+            rows = DerivedRows(block, drivetrains)
             for accumulator in watching.values():
                 accumulator.add(rows)
             distance = block["distance"]
@@ -488,14 +491,14 @@ def _watch(
                 kept.add(block)
             report(block.time.size * len(runs.trains))
     ends = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
-    of_maps = [track.doubt(*place) for track, *place in ends]
+    of_maps = [track.warning(*place) for track, *place in ends]
     loaded = zip(runs.trains, largest.tolist(), strict=True)
-    of_loads = [train.wheelset.element.doubt(load) for train, load in loaded]
+    of_loads = [train.wheelset.element.warning(load) for train, load in loaded]
     failed = [*runs.failed, *runs.failed]
-    doubts += [
+    noted += [
         text for text, fails in zip(of_maps + of_loads, failed, strict=True) if text and not fails
     ]
-    doubts += runs.creeping
+    noted += runs.creeping
     return {name: accumulator.value() for name, accumulator in watching.items()}
 
 

@@ -36,7 +36,7 @@ from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
 
-STATES = ("speed", "omega", "memory", *kernel.HELD, "distance", *WORKS)
+STATES = ("speed", "omega", "integral_torque", *kernel.HELD, "distance", *WORKS)
 
 
 def _stretches(
@@ -163,8 +163,8 @@ def simulate(
     # Size of each state, to which the tolerance is relative.
     smallest = max(abs(initial_speed), slowest)
     stored = 0.5 * wheelset.inertia * (smallest / wheelset.radius) ** 2
-    memory = max(abs(torque), 1.0)
-    scale = {"speed": smallest, "memory": memory, "distance": smallest}
+    size = max(abs(torque), 1.0)
+    scale = {"speed": smallest, "integral_torque": size, "distance": smallest}
     scale |= dict.fromkeys(WORKS, stored)
     passing: dict[str, dict[str, float]] = {
         PEAK_PASSED: {"fall": 1.0, "direction": 1},
@@ -172,7 +172,7 @@ def simulate(
         STANDSTILL: {"abs_speed": 1.0, "level": slowest, "direction": -1},
     }
     crossings = [{**event, "ends": name in stop_at} for name, event in passing.items()]
-    row = {"speed": initial_speed, "omega": omega, "memory": controller.start(torque)}
+    row = {"speed": initial_speed, "omega": omega, "integral_torque": controller.start(torque)}
     rolling = omega, initial_speed, given["normal_load"], given["friction_scale"]
     row |= wheelset.element.rolling_native.steady_memory(*rolling)
     held = wheelset.element.friction.kinetic * nominal_load
@@ -214,6 +214,6 @@ def simulate(
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events))
     warn_of_damage(result)
-    if doubt := wheelset.element.doubt(float(max(profiles["normal_load"].value))):
-        warn(doubt)
+    if warning := wheelset.element.warning(float(max(profiles["normal_load"].value))):
+        warn(warning)
     return result

@@ -31,7 +31,7 @@ from contactlib.traction.sensors import INDEX, Sensors
 if TYPE_CHECKING:
     import xarray as xr
 
-OBJECTIVE = ("limited_utilisation", "adhesion_utilisation")  # their mean
+OBJECTIVE = ("limited_utilisation", "utilisation")  # their mean
 POPULATION = 30  # settings of a generation
 TRIALS = Limits(at_least=2.0 * POPULATION, at_most=1e6)
 SEEDS = Limits(at_least=1.0, at_most=1e4)

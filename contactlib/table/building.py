@@ -324,7 +324,7 @@ def _corner_samples(
         corner: Corner | None = getattr(law, "corner", None)
         if corner is None:
             return None
-        t = kernel.table_place(corner.normalized_creepage, k_hat)
+        t = kernel.table_coordinate(corner.normalized_creepage, k_hat)
         place = t / (1.0 + t)
         below, beyond = corner_sampling.nodes(place)
         u = np.concatenate([below, beyond])
@@ -422,7 +422,7 @@ def _h_at(
     corner: Corner | None = getattr(law, "corner", None)
     if corner is None or k_hat == 0.0:
         return solved, np.inf
-    return solved, kernel.table_place(corner.normalized_creepage, k_hat)
+    return solved, kernel.table_coordinate(corner.normalized_creepage, k_hat)
 
 
 def _corner_numbers(

@@ -1,7 +1,7 @@
 """Continuous controllers of the drive torque for `simulate`: torque control and creep control.
 
-A continuous controller maps (reference, true creepage, memory) to a torque and the rate of its
-memory; its law is the kernel's. References are `Profile` objects, so that an integrator can stop
+A continuous controller maps (reference, true creepage, integral torque) to a torque and the rate of
+that integral; the law is the kernel's. References are `Profile` objects, so an integrator stops
 at every corner. Sampled controllers, which see measured speeds in a scenario, are in
 `contactlib.traction`.
 """
@@ -45,7 +45,7 @@ class CreepControl(Parameters):
     """PI control of the creepage, with torque limits and anti-windup by back-calculation.
 
     T = Kp e + I, held within the limits, and dI/dt = Ki e + (Ki/Kp)(T - (Kp e + I)),
-    e = zeta_ref - zeta: at a limit the memory I follows the torque within the time Kp/Ki.
+    e = zeta_ref - zeta: at a limit the integral torque I follows the torque within the time Kp/Ki.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """A wheelset with motor, brake, axle, and two wheels that may differ.
 
-The kernel has the equations of motion and their integrator (fmu/kernel/drivetrain_lanes.h).
+The kernel has the equations of motion and their integrator (fmu/kernel/drivetrain_lanes.inc).
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ class Profile:
         at_start, at_middle = float(self(start)), float(self(middle))
         return at_start, 2.0 * at_middle - at_start
 
-    def seen_from(self, survey: Survey) -> Profile:
+    def over_distance(self, survey: Survey) -> Profile:
         """The profile over the distance of a run, from one over the places of a survey."""
         if (survey.start, survey.sign) == (0.0, 1.0):
             return self
@@ -273,9 +273,7 @@ class Track:
         friction_right: Annotated[Values, FACTOR] = (),
         time: Annotated[Values, TIME] = (),
         friction_over_time: Annotated[Values, FACTOR] = (),
-        slope: Annotated[
-            Values, Quantity("1", above=0.0, usual=(0.05, 10.0), doubtful=GRADIENT)
-        ] = (),
+        slope: Annotated[Values, Quantity("1", above=0.0, usual=(0.05, 10.0), hint=GRADIENT)] = (),
         grade: Annotated[Values, GRADE] = (),
         speed_limit: Annotated[Values, LIMIT] = (),
         cleaning: Annotated[float, CLEANING] = 0.0,
@@ -338,7 +336,7 @@ class Track:
             )
             for key, values in along.items()
         }
-        factors = {key: profile.seen_from(survey) for key, profile in factors.items()}
+        factors = {key: profile.over_distance(survey) for key, profile in factors.items()}
         if "friction_right" in factors and survey.sign < 0.0:
             sides = factors["friction_left"], factors["friction_right"]
             factors["friction_right"], factors["friction_left"] = sides
@@ -353,7 +351,7 @@ class Track:
         return cls(**factors, cleaning=cleaning, recovered=recovered, unit=unit, survey=survey)
 
     @property
-    def even(self) -> Track:
+    def uniform(self) -> Track:
         """The track with its grades and speed limits, on the friction of the vehicle's file."""
         return Track(grade=self.grade, speed_limit=self.speed_limit, survey=self.survey)
 
@@ -385,7 +383,7 @@ class Track:
             )
         return self.friction_left, self.friction_right or self.friction_left
 
-    def doubt(self, low: float, high: float) -> str | None:
+    def warning(self, low: float, high: float) -> str | None:
         """Sentence on a run that leaves its map, or is nowhere near its breakpoints; else None.
 
         Parameters

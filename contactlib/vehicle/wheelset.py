@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
 STATES = ("omega", "speed", "held_force", "unslipped")
 # Part by which a state of the memory is put to one side of steady rolling.
-ASIDE = 1e-9
+PERTURBATION = 1e-9
 SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
@@ -301,10 +301,10 @@ class Wheelset(Parameters):
         contact: Any = native.evaluate(inputs)
         if self.element.memory:
             strength = self.element.friction.static * given[3] * given[2]
-            held, sticking = contact["steady_force"] * (1.0 + ASIDE), contact["sticking"]
+            held, sticking = contact["steady_force"] * (1.0 + PERTURBATION), contact["sticking"]
             grows = (contact["falling_branch"] > 0.0) & (sticking > 0.0)
             inputs["held_force"] = np.clip(held, -strength, strength)
-            inputs["unslipped"] = sticking + np.where(grows, ASIDE, -ASIDE)
+            inputs["unslipped"] = sticking + np.where(grows, PERTURBATION, -PERTURBATION)
             inputs["outer_force"] = contact["steady_outer"]
             contact = native.evaluate(inputs)
         matrices = np.zeros((*given[0].shape, 4, 4))

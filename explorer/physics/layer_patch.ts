@@ -67,8 +67,8 @@ function stateAt(logT: number, kHat: number, lam: number): State {
   solve(lam / d, r, g);
   // Lam times r and g at the boundary, Eq. (2) at t = 0.
   const r0 = 1 - dot(r, atStart), g0 = m - dot(sliding, atStart) - dot(g, atStart);
-  const softening = (2 / Math.PI) * dot(r, width);
-  const creepage = ((lam / d) * 2 * Math.sqrt(m * s) + g0) / r0 + (kHat * t) / Math.sqrt(softening); // Eq. (3)
+  const stiffness = (2 / Math.PI) * dot(r, width);
+  const creepage = ((lam / d) * 2 * Math.sqrt(m * s) + g0) / r0 + (kHat * t) / Math.sqrt(stiffness); // Eq. (3)
   const boundary = m - s;
   const traction = Array.from(r, (value, i) => creepage * value - g[i]!);
   return {

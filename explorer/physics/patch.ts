@@ -52,7 +52,7 @@ function strip(x: number, kHat: number, w: number, points: number): Omit<Strip, 
   if (w === 0) return { position, shear_traction: traction, stick_boundary: 0 };
 
   const sign = Math.sign(x);
-  const t = x === 0 ? 0 : kernel.module.creep_table_place(Math.abs(x) / w, kHat / w); // Eq. (22)
+  const t = x === 0 ? 0 : kernel.module.creep_table_coordinate(Math.abs(x) / w, kHat / w); // Eq. (22)
   const s = 1 / (1 + t ** 4);
   const m = t < 1 ? t ** 4 * s : 1 / (1 + t ** -4);
   const boundary = w * (m - s);

@@ -94,17 +94,17 @@ static const model *model_of_token(const char *token) {
     return model_of(kind);
 }
 
-static int is_truth(const model_variable *v) { return v->unit == TRUTH; }
+static int is_boolean(const model_variable *v) { return v->unit == TRUTH; }
 
 static int is_in_range(const model_variable *v, double value) {
-    if (is_truth(v)) return value == 0.0 || value == 1.0;
+    if (is_boolean(v)) return value == 0.0 || value == 1.0;
     return value >= v->minimum && value <= v->maximum; /* false for NaN */
 }
 
 /* The first parameter, input or state whose value a tool could not have set, in an instance with
  * these start values; NULL if all can. */
-static const model_variable *misplaced(const model *m, const model_values *start,
-                                       const model_values *values) {
+static const model_variable *out_of_range(const model *m, const model_values *start,
+                                          const model_values *values) {
     for (size_t i = 0; i < m->count; i++) {
         const model_variable *v = &m->variables[i];
         double value = model_get(v, values);
@@ -154,7 +154,7 @@ static const char *read_start_values(component *self, const void *bytes, size_t 
     self->has_booleans = number[at] != 0.0;
     for (size_t w = 0; w < wheels; w++) {
         self->start[w].spins = self->lateral_spin.shape.sets;
-        if (misplaced(m, &self->start[w], &self->start[w]) != NULL)
+        if (out_of_range(m, &self->start[w], &self->start[w]) != NULL)
             return "the file holds a value out of range";
     }
     for (size_t i = 0; i < m->count; i++)
@@ -167,19 +167,19 @@ static result load_resources(component *self, const char *location) {
     const char *file = "creep_table.bin", *error = NULL;
     void *values = NULL;
     size_t size;
-    if (self->model->has_contact || self->model->has_pair) {
+    if (self->model->has_contact || self->model->has_bodies) {
         error = resource_read(location, file, &self->table_bytes, &size, text, sizeof text);
         if (error == NULL) error = creep_table_open(&self->table, self->table_bytes, size);
         if (error == NULL) {
-            file = self->model->has_pair ? "creep_forces.bin" : "lateral_spin_contact.bin";
+            file = self->model->has_bodies ? "creep_forces.bin" : "lateral_spin_contact.bin";
             error = resource_read(location, file, &self->shape_bytes, &size, text, sizeof text);
         }
-        if (error == NULL && self->model->has_pair)
-            error = creep_forces_open(&self->pair, &self->table, self->shape_bytes, size);
+        if (error == NULL && self->model->has_bodies)
+            error = creep_forces_open(&self->bodies, &self->table, self->shape_bytes, size);
         else if (error == NULL)
             error = lateral_spin_contact_open(&self->lateral_spin, self->shape_bytes, size);
         self->table.lateral_spin = &self->lateral_spin;
-        self->table.pair = &self->pair;
+        self->table.bodies = &self->bodies;
     }
     if (error == NULL) {
         file = "start_values.bin";
@@ -282,7 +282,7 @@ static const model_variable *find(component *self, unsigned reference, int boole
     size_t wheels = i < m->count && !self->is_common[i] ? self->wheels : 1;
     if (i < m->count && wheel_of(self, reference, 0) < wheels) {
         const model_variable *v = &m->variables[i];
-        int typed = is_truth(v) && self->has_booleans;
+        int typed = is_boolean(v) && self->has_booleans;
         if (typed == boolean && self->is_present[i]) return v;
     }
     component_log(self, RESULT_ERROR, "value reference %u is not a %s variable", reference,
@@ -313,9 +313,9 @@ static const char *wheel_text(const component *self, size_t wheel, char text[NUM
 /* Limits that involve two variables. */
 static result check_friction(component *self, size_t wheel) {
     const model_values *v = &self->now->values[wheel];
-    int any = self->model->has_pair;
-    double at_rest = any ? v->pair.static_friction : v->contact.static_friction;
-    double kinetic = any ? v->pair.kinetic_friction : v->contact.kinetic_friction;
+    int any = self->model->has_bodies;
+    double at_rest = any ? v->bodies.static_friction : v->contact.static_friction;
+    double kinetic = any ? v->bodies.kinetic_friction : v->contact.kinetic_friction;
     if (!(at_rest >= kinetic))
         return component_log(
             self, RESULT_DISCARD,
@@ -412,7 +412,7 @@ static void check_grip(component *self, size_t wheel) {
     const model_values *v = &self->now->values[wheel];
     const creep_forces_input *at = &v->ellipse;
     if (!(RUNNING >> self->now->stage & 1u)) return;
-    int any = self->model->has_pair;
+    int any = self->model->has_bodies;
     double normal_load = any ? at->normal_load : v->input.normal_load;
     double scale = any ? at->friction_scale : v->input.friction_scale;
     int load = normal_load > 0.0, friction = scale > 0.0;
@@ -428,12 +428,12 @@ static void check_grip(component *self, size_t wheel) {
 
 /* Check what a tool has set since the outputs were last calculated. */
 static result check_inputs(component *self) {
-    int rubs = self->model->has_contact || self->model->has_pair;
+    int rubs = self->model->has_contact || self->model->has_bodies;
     for (size_t w = 0; self->now->stale && w < self->wheels; w++) {
         if (!rubs) continue;
         if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
         if (self->model->has_contact && check_shape(self, w) != RESULT_OK) return RESULT_DISCARD;
-        if (self->model->has_pair && check_ellipse(self, w) != RESULT_OK) return RESULT_DISCARD;
+        if (self->model->has_bodies && check_ellipse(self, w) != RESULT_OK) return RESULT_DISCARD;
         check_grip(self, w);
     }
     return RESULT_OK;
@@ -910,7 +910,7 @@ result component_serialize(component *self, const void *saved, void *bytes, size
 /* Whether a wheel of this FMU can have these values: a valid checksum does not prove it. */
 static int are_possible(const component *self, size_t wheel, const model_values *values) {
     const double *memory = (const double *)&values->memory;
-    if (misplaced(self->model, &self->start[wheel], values) != NULL) return 0;
+    if (out_of_range(self->model, &self->start[wheel], values) != NULL) return 0;
     for (size_t i = 0; i < self->model->count; i++)
         if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
     for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)

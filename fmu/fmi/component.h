@@ -54,7 +54,7 @@ typedef struct {
     creep_table table;
     void *table_bytes;
     lateral_spin_contact lateral_spin;
-    creep_forces pair;
+    creep_forces bodies;
     void *shape_bytes; /* of one of the two */
     size_t states;     /* number of continuous states of a wheel; they and their rates */
     const model_variable *state[MODEL_STATES], *rate[MODEL_STATES];

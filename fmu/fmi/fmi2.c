@@ -20,7 +20,7 @@ static fmi2Status undiscarded(result status) {
     return status == RESULT_DISCARD ? fmi2Error : (fmi2Status)status;
 }
 
-#include "fmi_calls.h"
+#include "fmi_calls.inc"
 
 /* The logger takes a printf format. The text is complete, as not every tool formats it, and percent
  * signs are doubled for the tools that do. */

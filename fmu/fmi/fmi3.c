@@ -13,7 +13,7 @@ typedef struct {
 #define SAVED fmi3FMUState
 #define STATUS(status) ((fmi3Status)(status))
 #define DISCARDED STATUS
-#include "fmi_calls.h"
+#include "fmi_calls.inc"
 
 static void log_message(void *shell, result status, const char *category, const char *text) {
     const instance *self = shell;

@@ -42,7 +42,7 @@ void evaluate_contacts(const creep_table *table, model_values *values, size_t n)
         tasks[i].input = &values[i].input;
         tasks[i].output = &values[i].output;
     }
-    force_element_evaluate_each(table, tasks, n);
+    force_elements_evaluate(table, tasks, n);
 }
 
 /* Whether the last step set the outputs. */
@@ -225,10 +225,10 @@ static const char *step_slips(const creep_table *table, model_values *values, si
         ends[i].input = &tasks[i].input;
         ends[i].output = &values[i].output;
     }
-    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    const char *error = wheelsets_advance(table, tasks, n, step, failed);
     if (error != NULL) values[*failed].substep = tasks[*failed].substep;
     if (error != NULL) return error;
-    force_element_evaluate_each(table, ends, n);
+    force_elements_evaluate(table, ends, n);
     for (size_t i = 0; i < n; i++) end_slip_step(&values[i], step, &steps[i], &tasks[i]);
     return NULL;
 }
@@ -268,7 +268,7 @@ static const char *advance_memories(const creep_table *table, model_values *valu
         tasks[i].tolerance = tolerance;
         tasks[i].max_substeps = values[i].max_substeps;
     }
-    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    const char *error = wheelsets_advance(table, tasks, n, step, failed);
     for (size_t i = 0; i < n && error == NULL; i++) {
         remember(table, &values[i], step);
         values[i].input = tasks[i].input;

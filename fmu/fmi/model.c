@@ -261,16 +261,16 @@ static const model_variable BODY_VARIABLES[] = {
 #define SEMI_AXIS(name, text, member) \
     GIVEN(INPUT, name, "m", text "; below " TEXT(MIN_SEMI_AXIS) " there is no contact, also where " \
           "a solver looks just below 0", -MIN_SEMI_AXIS, 1e3, member)
-static const model_variable PAIR_VARIABLES[] = {
+static const model_variable BODIES_VARIABLES[] = {
     TIME,
-    FRICTION_PARAMETERS(pair),
+    FRICTION_PARAMETERS(bodies),
     FALLING("slip_rate_residual", "1", "part of friction that high slip speed "
-            "leaves", 1e-6, 1.0, pair.slip_rate_residual),
+            "leaves", 1e-6, 1.0, bodies.slip_rate_residual),
     FALLING("slip_rate_decay", "s/m", "rate at which friction falls with slip "
-            "speed", 0.0, 1e6, pair.slip_rate_decay),
-    HEAT_PARAMETERS(pair),
-    LAYER_PARAMETER(pair),
-    TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, pair.shear_modulus),
+            "speed", 0.0, 1e6, bodies.slip_rate_decay),
+    HEAT_PARAMETERS(bodies),
+    LAYER_PARAMETER(bodies),
+    TUNABLE("shear_modulus", "Pa", "shear modulus of both bodies", 1e-3, 1e15, bodies.shear_modulus),
     SEMI_AXIS("semi_axis_x", "semi-axis of the contact ellipse along rolling", ellipse.semi_axis_x),
     SEMI_AXIS("semi_axis_y", "semi-axis across rolling", ellipse.semi_axis_y),
     LOAD_AND_FRICTION(ellipse),
@@ -291,11 +291,11 @@ static const model_variable PAIR_VARIABLES[] = {
 int model_has(const model_variable *variable, const model_values *values) {
     if (variable->part == IF_REMEMBERING) return remembers(&values->contact);
     int thermal =
-        values->contact.softening_temperature > 0.0 || values->pair.softening_temperature > 0.0;
-    int falling = values->pair.slip_rate_decay > 0.0;
+        values->contact.softening_temperature > 0.0 || values->bodies.softening_temperature > 0.0;
+    int falling = values->bodies.slip_rate_decay > 0.0;
     if (variable->part == IF_THERMAL) return thermal;
     if (variable->part == IF_LAYERED)
-        return values->contact.layer_compliance > 0.0 || values->pair.layer_compliance > 0.0;
+        return values->contact.layer_compliance > 0.0 || values->bodies.layer_compliance > 0.0;
     if (variable->part == IF_FALLING) return falling;
     if (variable->part == IF_SLIP_COUNTS) return thermal || falling;
     return variable->part == ALWAYS || values->spins > 0.0;
@@ -336,11 +336,11 @@ static const model MODELS[] = {
      .tangent = tangent_body,
      .advance = advance_body},
     {.kind = "creep_forces",
-     .has_pair = 1,
-     LIST(PAIR_VARIABLES),
-     .evaluate = evaluate_pair,
-     .tangent = tangent_pair,
-     .advance = advance_pair},
+     .has_bodies = 1,
+     LIST(BODIES_VARIABLES),
+     .evaluate = evaluate_creep_forces,
+     .tangent = tangent_creep_forces,
+     .advance = advance_creep_forces},
 };
 
 const model *model_of(const char *kind) {
@@ -439,7 +439,7 @@ static void difference(const model *m, const creep_table *table, const model_val
         at[i] = fmin(v->maximum, fmax(v->minimum, value + (i == 0 ? move : -move)));
         model_set(v, &moved[i], at[i]);
         if (moved[i].contact.static_friction < moved[i].contact.kinetic_friction ||
-            moved[i].pair.static_friction < moved[i].pair.kinetic_friction)
+            moved[i].bodies.static_friction < moved[i].bodies.kinetic_friction)
             model_set(v, &moved[i], at[i] = value);
         m->evaluate(table, &moved[i], 1);
     }

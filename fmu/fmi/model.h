@@ -60,11 +60,11 @@ typedef struct {
     wheelset_rates rates;
     double pads_rate;
     slip_memory memory;
-    double substep;               /* length that the integrator tries next [s] */
-    double held_tolerance;        /* of the last step [1] */
-    double max_substeps;          /* in a step, rounded up; 0: no limit */
-    double spins;                 /* 1 if the contact has spin as an input */
-    creep_forces_parameters pair; /* without Poisson's ratio, which is the prepared pair's */
+    double substep;                 /* length that the integrator tries next [s] */
+    double held_tolerance;          /* of the last step [1] */
+    double max_substeps;            /* in a step, rounded up; 0: no limit */
+    double spins;                   /* 1 if the contact has spin as an input */
+    creep_forces_parameters bodies; /* without Poisson's ratio, which is the prepared bodies' */
     creep_forces_input ellipse;
     creep_forces_output forces;
 } model_values;
@@ -72,7 +72,7 @@ typedef struct {
 typedef struct {
     const char *kind;
     int has_contact; /* 1 if there are a table, its contact, truth values and their margins */
-    int has_pair;    /* 1 if there are a table and bodies that touch in any ellipse */
+    int has_bodies;  /* 1 if there are a table and bodies that touch in any ellipse */
     int moves;       /* 1 if there is a body: its steps do not need the outputs at their start */
     const model_variable *variables;
     size_t count;

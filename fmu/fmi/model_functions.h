@@ -15,7 +15,7 @@
 MODEL_FUNCTIONS(force)
 MODEL_FUNCTIONS(wheelset)
 MODEL_FUNCTIONS(body)
-MODEL_FUNCTIONS(pair)
+MODEL_FUNCTIONS(creep_forces)
 
 /* Evaluate the contacts of n wheels. */
 void evaluate_contacts(const creep_table *table, model_values *values, size_t n);

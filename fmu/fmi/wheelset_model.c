@@ -92,7 +92,7 @@ const char *advance_wheelset(const creep_table *table, model_values *values, siz
         bodies[i] = body_of(&values[i]);
         tasks[i] = task_of(&values[i], &bodies[i], tolerance);
     }
-    const char *error = wheelset_advance_many(table, tasks, n, step, failed);
+    const char *error = wheelsets_advance(table, tasks, n, step, failed);
     if (error != NULL) values[*failed].substep = tasks[*failed].substep;
     for (size_t i = 0; i < n && error == NULL; i++) take_state(&values[i], &tasks[i]);
     return error;

@@ -591,9 +591,8 @@ static creep_conditions conditions_of(const drivetrain_input *in, double speed) 
                               .acceleration = in->acceleration};
 }
 
-void drivetrain_grip_many(const drivetrain_member *members, size_t n, const drivetrain_input *input,
-                          const double *speed, const double *torque, double *creepage,
-                          double *limit) {
+void drivetrains_grip(const drivetrain_member *members, size_t n, const drivetrain_input *input,
+                      const double *speed, const double *torque, double *creepage, double *limit) {
     for (size_t i = 0; i < n; i++) {
         force_element_parameters contact = *members[i].contact;
         contact.slope_reduction *= input[i].slope;
@@ -604,8 +603,8 @@ void drivetrain_grip_many(const drivetrain_member *members, size_t n, const driv
     }
 }
 
-void drivetrain_peak_many(const drivetrain_member *members, const size_t *which, size_t n,
-                          const drivetrain_input *input, const double *speed, double *force) {
+void drivetrains_peak(const drivetrain_member *members, const size_t *which, size_t n,
+                      const drivetrain_input *input, const double *speed, double *force) {
     creep_point turns[MAX_TURNS + 1]; /* of the last curve */
     size_t count = 0;
     for (size_t i = 0; i < n; i++) {

@@ -88,11 +88,11 @@ CONTACTLIB_API double creep_curve_peak(const creep_table *table,
 
 /* The last two for drivetrains whose wheels turn alike: for n of them, and for n inputs of those
  * that `which` numbers. */
-CONTACTLIB_API void drivetrain_grip_many(const drivetrain_member *members, size_t n,
-                                         const drivetrain_input *input, const double *speed,
-                                         const double *torque, double *creepage, double *limit);
-CONTACTLIB_API void drivetrain_peak_many(const drivetrain_member *members, const size_t *which,
-                                         size_t n, const drivetrain_input *input,
-                                         const double *speed, double *force);
+CONTACTLIB_API void drivetrains_grip(const drivetrain_member *members, size_t n,
+                                     const drivetrain_input *input, const double *speed,
+                                     const double *torque, double *creepage, double *limit);
+CONTACTLIB_API void drivetrains_peak(const drivetrain_member *members, const size_t *which,
+                                     size_t n, const drivetrain_input *input, const double *speed,
+                                     double *force);
 
 #endif

@@ -15,55 +15,55 @@ static void scales_of(double log_aspect, double nu, double value[ASPECT_SCALES])
     value[4] = s.spin_scale;
 }
 
-void creep_forces_prepare(creep_forces *pair, const creep_table *table, const double *coefficients,
-                          const creep_forces_parameters *parameters) {
+void creep_forces_prepare(creep_forces *bodies, const creep_table *table,
+                          const double *coefficients, const creep_forces_parameters *parameters) {
     static const double STEP = 1e-4;
     double cell = 6.0 * LN_2 / ASPECT_CELLS;
-    pair->parameters = *parameters;
-    pair->table = table;
-    pair->coefficients = coefficients;
+    bodies->parameters = *parameters;
+    bodies->table = table;
+    bodies->coefficients = coefficients;
     for (int i = 0; i <= ASPECT_CELLS; i++) {
         double at = cell * i - 3.0 * LN_2, nu = parameters->poisson_ratio, before[ASPECT_SCALES],
                after[ASPECT_SCALES];
-        scales_of(at, nu, pair->scales[i]);
+        scales_of(at, nu, bodies->scales[i]);
         scales_of(at - STEP, nu, before);
         scales_of(at + STEP, nu, after);
         for (int k = 0; k < ASPECT_SCALES; k++)
-            pair->scales[i][ASPECT_SCALES + k] = (after[k] - before[k]) * (0.5 * cell / STEP);
+            bodies->scales[i][ASPECT_SCALES + k] = (after[k] - before[k]) * (0.5 * cell / STEP);
     }
 }
 
-enum { PAIR_VERSION = 1, PAIR_NUMBERS = 1 + LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS };
+enum { BODIES_VERSION = 1, BODIES_NUMBERS = 1 + LATERAL_SPIN_ASPECTS * LATERAL_SPIN_COEFFICIENTS };
 
-const char *creep_forces_open(creep_forces *pair, const creep_table *table, const void *bytes,
+const char *creep_forces_open(creep_forces *bodies, const creep_table *table, const void *bytes,
                               size_t size) {
     const double *number;
     size_t count;
-    const char *error = checked_numbers(bytes, size, "CREEPAIR", PAIR_VERSION, &number, &count);
+    const char *error = checked_numbers(bytes, size, "CREEPAIR", BODIES_VERSION, &number, &count);
     if (error != NULL) return error;
-    if (count != PAIR_NUMBERS) return "the number of values is not that of a pair of bodies";
+    if (count != BODIES_NUMBERS) return "the number of values is not that of a pair of bodies";
     if (!(number[0] >= 0.0 && number[0] <= 0.5)) return "Poisson's ratio is out of range";
     creep_forces_parameters parameters = {.poisson_ratio = number[0]};
-    creep_forces_prepare(pair, table, number + 1, &parameters);
+    creep_forces_prepare(bodies, table, number + 1, &parameters);
     return NULL;
 }
 
-void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,
+void creep_forces_of_one(const creep_forces *bodies, const creep_forces_parameters *parameters,
                          const creep_forces_input *input, creep_forces_output *output) {
-    creep_forces_at(pair, parameters, 1, input, output);
+    creep_forces_at(bodies, parameters, 1, input, output);
 }
 
-void evaluate_pair(const creep_table *table, model_values *v, size_t n) {
+void evaluate_creep_forces(const creep_table *table, model_values *v, size_t n) {
     for (size_t i = 0; i < n; i++)
-        creep_forces_of_one(table->pair, &v[i].pair, &v[i].ellipse, &v[i].forces);
+        creep_forces_of_one(table->bodies, &v[i].bodies, &v[i].ellipse, &v[i].forces);
 }
 
-void tangent_pair(const creep_table *table, const model_values *v, const model_values *direction,
-                  model_values *change) {
+void tangent_creep_forces(const creep_table *table, const model_values *v,
+                          const model_values *direction, model_values *change) {
     lateral_spin_force state;
     creep_forces_output unused;
     double fall[3] = {0.0};
-    creep_forces_begin(table->pair, &v->pair, &v->ellipse, &state, &unused);
+    creep_forces_begin(table->bodies, &v->bodies, &v->ellipse, &state, &unused);
     if (state.scale[0] > 0.0) fall_of_friction(&v->ellipse, &state, fall);
     const double *by = &v->forces.force_x_by_creepage_x, *force = &v->forces.force_x;
     const double d[3] = {direction->ellipse.creepage_x, direction->ellipse.creepage_y,
@@ -77,8 +77,8 @@ void tangent_pair(const creep_table *table, const model_values *v, const model_v
     change->forces.utilisation = used * dlog_used;
 }
 
-const char *advance_pair(const creep_table *table, model_values *v, size_t n, double step,
-                         double tolerance, size_t *failed) {
+const char *advance_creep_forces(const creep_table *table, model_values *v, size_t n, double step,
+                                 double tolerance, size_t *failed) {
     (void)table, (void)v, (void)n, (void)step, (void)tolerance, (void)failed;
     return NULL;
 }

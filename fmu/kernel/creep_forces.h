@@ -63,13 +63,13 @@ typedef struct creep_forces {
 } creep_forces;
 
 /* Prepare a pair; table and coefficients must outlive it. */
-CONTACTLIB_API void creep_forces_prepare(creep_forces *pair, const creep_table *table,
+CONTACTLIB_API void creep_forces_prepare(creep_forces *bodies, const creep_table *table,
                                          const double *coefficients,
                                          const creep_forces_parameters *parameters);
 
 /* Prepare it from a file in memory that is aligned to 8 bytes: Poisson's ratio and coefficients.
  * Returns NULL, or an error message if the bytes are damaged. */
-CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_table *table,
+CONTACTLIB_API const char *creep_forces_open(creep_forces *bodies, const creep_table *table,
                                              const void *bytes, size_t size);
 
 /* Smaller loads [N] and friction coefficients [1] count as zero. */
@@ -81,10 +81,10 @@ CONTACTLIB_API const char *creep_forces_open(creep_forces *pair, const creep_tab
 #define MIN_SEMI_AXIS 1e-9
 #define MAX_LOAD_OF_NO_CONTACT 1e-6
 
-/* Forces of one contact, with other parameters than the pair's but Poisson's ratio, and of n. */
-void creep_forces_of_one(const creep_forces *pair, const creep_forces_parameters *parameters,
+/* Forces of one contact, with other parameters than the bodies' but Poisson's ratio, and of n. */
+void creep_forces_of_one(const creep_forces *bodies, const creep_forces_parameters *parameters,
                          const creep_forces_input *input, creep_forces_output *output);
-CONTACTLIB_API void creep_forces_evaluate(const creep_forces *pair, size_t n,
+CONTACTLIB_API void creep_forces_evaluate(const creep_forces *bodies, size_t n,
                                           const creep_forces_input *input,
                                           creep_forces_output *output);
 

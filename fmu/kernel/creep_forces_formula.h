@@ -8,23 +8,23 @@
 #include "lateral_spin_force.h"
 
 /* Scales of an ellipse by Hermite's cubic polynomials, and shares of the sets by Lagrange's. */
-static inline void set_shape(const creep_forces *pair, double aspect, lateral_spin_shape *shape,
+static inline void set_shape(const creep_forces *bodies, double aspect, lateral_spin_shape *shape,
                              double value[ASPECT_SCALES]) {
-    double place = logarithm(aspect) / LN_2 + 3.0; /* 0 to 6 */
-    double at = place * (ASPECT_CELLS / 6.0);
+    double position = logarithm(aspect) / LN_2 + 3.0; /* 0 to 6 */
+    double at = position * (ASPECT_CELLS / 6.0);
     int cell = at < ASPECT_CELLS ? (int)at : ASPECT_CELLS - 1;
     double t = at - cell, u = 1.0 - t;
-    const double *left = pair->scales[cell], *right = pair->scales[cell + 1];
+    const double *left = bodies->scales[cell], *right = bodies->scales[cell + 1];
     for (int k = 0; k < ASPECT_SCALES; k++)
         value[k] = u * u * ((1.0 + 2.0 * t) * left[k] + t * left[ASPECT_SCALES + k]) +
                    t * t * ((1.0 + 2.0 * u) * right[k] - u * right[ASPECT_SCALES + k]);
-    int first = (int)place - 1;
+    int first = (int)position - 1;
     first = first < 0 ? 0 : first > LATERAL_SPIN_ASPECTS - 4 ? LATERAL_SPIN_ASPECTS - 4 : first;
-    double p = place - first;
+    double p = position - first;
     *shape = (lateral_spin_shape){
         .stiffness_ratio = value[1] / value[0],
         .softening_y = value[3],
-        .coefficients = pair->coefficients + (size_t)first * LATERAL_SPIN_COEFFICIENTS,
+        .coefficients = bodies->coefficients + (size_t)first * LATERAL_SPIN_COEFFICIENTS,
         .share = {(p - 1.0) * (p - 2.0) * (p - 3.0) / -6.0, p * (p - 2.0) * (p - 3.0) / 2.0,
                   p * (p - 1.0) * (p - 3.0) / -2.0, p * (p - 1.0) * (p - 2.0) / 6.0},
         .sets = 4,
@@ -33,14 +33,14 @@ static inline void set_shape(const creep_forces *pair, double aspect, lateral_sp
 
 /* Kalker's creepages are those of the wheel against the rail, so the force is against them: with
  * the other sign they are those of lateral_spin_force.h. Without force the scales are zero. */
-ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forces_parameters *p,
+ALWAYS_INLINE void creep_forces_begin(const creep_forces *bodies, const creep_forces_parameters *p,
                                       const creep_forces_input *in, lateral_spin_force *s,
                                       creep_forces_output *out) {
     const double minimum_speed =
         0.1; /* below it the heat that rolling carries off is regularised */
     double a = in->semi_axis_x, b = in->semi_axis_y, speed = in->speed;
     memset(out, 0, sizeof *out);
-    s->scale[0] = s->start.place = s->start.k_hat = s->start.layer = 0.0;
+    s->scale[0] = s->start.point = s->start.k_hat = s->start.layer = 0.0;
     if (!(a >= MIN_SEMI_AXIS && b >= MIN_SEMI_AXIS)) return;
     double given = a / b, aspect = smaller(larger(given, 1.0 / 8.0), 8.0);
     double beyond = larger(given / aspect, aspect / given) - 1.0; /* rounding is not */
@@ -51,9 +51,9 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
                                          .friction_scale = in->friction_scale};
     if (!(in->normal_load > MIN_LOAD) || !has_friction(&rolling)) return;
     double scales[ASPECT_SCALES];
-    int softens = pair->table->one_axis == 0; /* a curve holds as it is */
+    int softens = bodies->table->one_axis == 0; /* a curve holds as it is */
     lateral_spin_contact ellipse;
-    set_shape(pair, aspect, &ellipse.shape, scales);
+    set_shape(bodies, aspect, &ellipse.shape, scales);
     if (!softens) ellipse.shape.softening_y = 0.0;
     ellipse.axes_ratio = b / a;
     ellipse.spin_arm = 0.75 * PI * sqrt(b / a) * scales[4] / scales[0];
@@ -78,11 +78,11 @@ ALWAYS_INLINE void creep_forces_begin(const creep_forces *pair, const creep_forc
     double turning = speed * sqrt(0.2 * (a * a + b * b));
     slip_speeds slip =
         slip_of_parts(-speed * in->creepage_x, -speed * in->creepage_y, -turning * in->spin);
-    lateral_spin_force_begin(pair->table, &ellipse, &wheel, &rolling, slip, s);
+    lateral_spin_force_begin(bodies->table, &ellipse, &wheel, &rolling, slip, s);
     s->at.creepage = -in->creepage_x; /* given, at any speed */
     s->at.x = s->at.creepage * s->at.inverse_saturation;
     if (!(s->at.kinetic > MIN_FRICTION)) s->scale[0] = 0.0;
-    else lateral_spin_force_place(pair->table, -in->creepage_y, -in->spin, s);
+    else lateral_spin_force_set_point(bodies->table, -in->creepage_y, -in->spin, s);
 }
 
 /* Derivatives of the logarithm of friction by Kalker's creepages. */
@@ -115,22 +115,22 @@ ALWAYS_INLINE void creep_forces_finish(const creep_table *table, const creep_for
 }
 
 /* Up to MAX_POINTS contacts. */
-ALWAYS_INLINE void creep_forces_at(const creep_forces *pair, const creep_forces_parameters *p,
+ALWAYS_INLINE void creep_forces_at(const creep_forces *bodies, const creep_forces_parameters *p,
                                    size_t n, const creep_forces_input *in,
                                    creep_forces_output *out) {
     lateral_spin_force state[MAX_POINTS];
-    double place[MAX_POINTS], k_hat[MAX_POINTS], layer[MAX_POINTS];
+    double point[MAX_POINTS], k_hat[MAX_POINTS], layer[MAX_POINTS];
     double q[MAX_POINTS], slope[MAX_POINTS], by_log_k[MAX_POINTS], by_log_layer[MAX_POINTS];
     for (size_t i = 0; i < n; i++) {
-        creep_forces_begin(pair, p, &in[i], &state[i], &out[i]);
-        place[i] = state[i].start.place;
+        creep_forces_begin(bodies, p, &in[i], &state[i], &out[i]);
+        point[i] = state[i].start.point;
         k_hat[i] = state[i].start.k_hat;
         layer[i] = state[i].start.layer;
     }
-    evaluate_points(pair->table, n, place, k_hat, layer, q, slope, by_log_k, by_log_layer);
+    evaluate_points(bodies->table, n, point, k_hat, layer, q, slope, by_log_k, by_log_layer);
     for (size_t i = 0; i < n; i++) {
         creep_value of_table = {q[i], slope[i], by_log_k[i], by_log_layer[i]};
-        creep_forces_finish(pair->table, &in[i], of_table, &state[i], &out[i]);
+        creep_forces_finish(bodies->table, &in[i], of_table, &state[i], &out[i]);
     }
 }
 

@@ -35,16 +35,16 @@ double creep_table_initial_slope(const creep_table *table, double k_hat, double 
             for (int b = 0; b < 4; b++)
                 for (int c = 0; c < 3; c++)
                     sum[c] += by_w[a] * by_k[b] * (double)plane[(size_t)b * row_length + c];
-        layer_place at = layer_place_at(1, 0.0, k_hat, lam);
+        layer_point at = layer_point_at(1, 0.0, k_hat, lam);
         return (2.0 + at_first_node(sum)) * layer_weight(&at);
     }
     if (table->cells_u == 0) return 2.0;
     uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
     uint32_t row_length = corner + table->cells_u + 3;
-    spline_place place;
-    find_places(table, 1, &k_hat, &none, row_length, &place);
-    add_rows(table->coefficients + corner + place.first[0], row_length, place.weight, 0, sum);
-    return 2.0 + (table->root_k ? place.root_k[0] : 1.0) * at_first_node(sum);
+    spline_cells cells;
+    find_cells(table, 1, &k_hat, &none, row_length, &cells);
+    add_rows(table->coefficients + corner + cells.first[0], row_length, cells.weight, 0, sum);
+    return 2.0 + (table->root_k ? cells.root_k[0] : 1.0) * at_first_node(sum);
 }
 
 #ifndef ONE_FILE_KERNEL
@@ -62,7 +62,7 @@ static const double MAX_NUMBER = 1e9;
 void creep_table_node(const creep_table *shape, double u, double k_hat, double layer_ratio,
                       creep_node *node) {
     if (layer_ratio > 0.0) {
-        layer_place at = layer_place_at(1, u / (1.0 - u), k_hat, layer_ratio);
+        layer_point at = layer_point_at(1, u / (1.0 - u), k_hat, layer_ratio);
         double x = at.m + at.l + at.y;
         *node = (creep_node){x, layer_base(&at), x * layer_weight(&at)};
         return;
@@ -103,7 +103,7 @@ double creep_table_slope(const creep_table *table, double normalized_creepage, d
     return value_at(table, normalized_creepage, k_hat, layer_ratio).slope;
 }
 
-double creep_table_place(double normalized_creepage, double k_hat) {
+double creep_table_coordinate(double normalized_creepage, double k_hat) {
     return solve_coordinate(normalized_creepage, k_hat).t;
 }
 
@@ -131,7 +131,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
     if (size < TABLE_HEADER) return "the table is shorter than its header";
     memcpy(table, start + CHECKED_FILE_FRAME, offsetof(creep_table, coefficients));
     table->lateral_spin = NULL;
-    table->pair = NULL;
+    table->bodies = NULL;
     table->coefficients = (const double *)(const void *)(start + TABLE_HEADER);
     if (table->one_axis > 1 || table->twice_decay > 16 || table->twice_corner > 16 ||
         table->root_k > 1)

@@ -53,7 +53,7 @@ typedef struct {
     const float *layer_coefficients; /* planes along w of rows along sqrt(k_hat) */
     /* Of one ellipse, see lateral_spin_law.h; or NULL. */
     const struct lateral_spin_contact *lateral_spin;
-    const struct creep_forces *pair; /* of any ellipse, see creep_forces.h; or NULL */
+    const struct creep_forces *bodies; /* of any ellipse, see creep_forces.h; or NULL */
     /* Where q rises most steeply, and its slope there. For two axes the place is zero, and the
      * slope is not set: it depends on k_hat and the layer. */
     double steepest_creepage, steepest_slope;
@@ -107,6 +107,6 @@ CONTACTLIB_API void creep_table_node(const creep_table *shape, double u, double 
                                      double layer_ratio, creep_node *node);
 
 /* t at a creepage x > 0 and k_hat > 0. */
-CONTACTLIB_API double creep_table_place(double normalized_creepage, double k_hat);
+CONTACTLIB_API double creep_table_coordinate(double normalized_creepage, double k_hat);
 
 #endif

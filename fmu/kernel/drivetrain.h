@@ -97,16 +97,14 @@ enum { MAX_AXLES = 8 };
  * under those in its middle. The tolerance is relative, as in wheelset_advance; substep holds the
  * length to try first for each drivetrain (0: not known). A drivetrain or vehicle that fails keeps
  * its state, its failed flags are set, and it is not stepped any more. */
-CONTACTLIB_API void drivetrain_advance_many(const drivetrain_member *members, size_t n,
-                                            size_t axles, drivetrain_input *input,
-                                            drivetrain_state *state, double time, double step,
-                                            double tolerance, double *substep,
-                                            unsigned char *failed);
+CONTACTLIB_API void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axles,
+                                        drivetrain_input *input, drivetrain_state *state,
+                                        double time, double step, double tolerance, double *substep,
+                                        unsigned char *failed);
 
 /* Outputs of n drivetrains, for several rows of inputs and states. */
-CONTACTLIB_API void drivetrain_evaluate_many(const drivetrain_member *members, size_t n,
-                                             size_t rows, const drivetrain_input *input,
-                                             const drivetrain_state *state,
-                                             drivetrain_output *output);
+CONTACTLIB_API void drivetrains_evaluate(const drivetrain_member *members, size_t n, size_t rows,
+                                         const drivetrain_input *input,
+                                         const drivetrain_state *state, drivetrain_output *output);
 
 #endif

@@ -49,17 +49,17 @@ void force_element_evaluate(const creep_table *table, const force_element_parame
         stiffness_of_layers(1, &p.softening, &at.x, &at.scales.layer_ratio, &left);
         add_layer(&p, left, &at);
     }
-    creep_table_evaluate(table, at.place.x, at.place.k_hat, at.place.layer_ratio, &q);
+    creep_table_evaluate(table, at.point.x, at.point.k_hat, at.point.layer_ratio, &q);
     finish_force(table, &p, in, &at, q, out);
     if (!remembers(&p)) return;
     if (holds_lateral(in)) memory_action(2, &p, in, &at, 1, 1, out);
     else memory_action(1, &p, in, &at, 1, 1, out);
 }
 
-void force_element_evaluate_each(const creep_table *table, const force_task *tasks, size_t n) {
+void force_elements_evaluate(const creep_table *table, const force_task *tasks, size_t n) {
 #ifndef ONE_FILE_KERNEL
-    if (n > PAIR) {
-        force_element_evaluate_wide(table, tasks, n);
+    if (n > FEW_WHEELS) {
+        force_elements_evaluate_wide(table, tasks, n);
         return;
     }
 #endif /* ONE_FILE_KERNEL */

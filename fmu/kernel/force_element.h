@@ -169,12 +169,12 @@ typedef struct {
 } force_task;
 
 /* The same for contacts with the same table, which all have memory or none. */
-CONTACTLIB_API void force_element_evaluate_each(const creep_table *table, const force_task *tasks,
-                                                size_t n);
+CONTACTLIB_API void force_elements_evaluate(const creep_table *table, const force_task *tasks,
+                                            size_t n);
 
 /* Up to this many contacts or wheelsets are quicker one after another. */
-#define PAIR 2
-void force_element_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n);
+#define FEW_WHEELS 2
+void force_elements_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n);
 
 /* Exact changes of the output's members from the creep force to the traction coefficient, and of
  * the rates of the memory, when the input changes along a direction; output must belong to it. */

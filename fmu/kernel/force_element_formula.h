@@ -10,7 +10,7 @@
 #include "heat.h"
 #include "memory.h"
 #include "simd_math.h"
-#include "softening.h"
+#include "stiffness.h"
 
 /* A tiny load counts as zero: the scales of its contact would overflow, and the states of its
  * memory would change over a distance that no step resolves. */
@@ -127,45 +127,45 @@ typedef struct {
     double log_left_by_x;         /* of the logarithm of the stiffness that is left; half of it is
                                      that of ln(k_hat) */
     double log_left_by_log_layer;
-} softened_place;
+} softened_point;
 
-ALWAYS_INLINE softened_place softened_at(double softening, double x, double k_hat) {
+ALWAYS_INLINE softened_point softened_at(double softening, double x, double k_hat) {
     double size = fabs(x);
     held_creepage held = held_up_to_saturation(softening, size);
     double left = 1.0 - softening * held.value, loss = softening * held.by_size;
-    softened_place place = {
+    softened_point point = {
         x * left, k_hat * sqrt(left), 0.0, left - loss * size, -copysign(1.0, x) * (loss / left),
         0.0};
-    return place;
+    return point;
 }
 
 /* The same with a layer, which scales like x. */
-ALWAYS_INLINE softened_place softened_with_layer(stiffness_left rest, double x, double k_hat,
+ALWAYS_INLINE softened_point softened_with_layer(stiffness_left rest, double x, double k_hat,
                                                  double layer_ratio) {
     double left = rest.value, by_size = rest.by_size;
-    softened_place place = {x * left,
+    softened_point point = {x * left,
                             k_hat * sqrt(left),
                             layer_ratio * left,
                             left + by_size * fabs(x),
                             copysign(1.0, x) * (by_size / left),
                             rest.by_log_layer / left};
-    return place;
+    return point;
 }
 
-/* The table's value at a softened place, with its slope by the creepage itself. */
-ALWAYS_INLINE creep_value at_softened_place(softened_place place, creep_value q) {
+/* The table's value at a softened point, with its slope by the creepage itself. */
+ALWAYS_INLINE creep_value at_softened_point(softened_point point, creep_value q) {
     double by_x = q.slope, by_left = 0.5 * q.log_k_derivative + q.log_layer_derivative;
-    q.slope = by_x * place.x_by_x + by_left * place.log_left_by_x;
-    q.log_layer_derivative += (by_x * place.x + by_left) * place.log_left_by_log_layer;
+    q.slope = by_x * point.x_by_x + by_left * point.log_left_by_x;
+    q.log_layer_derivative += (by_x * point.x + by_left) * point.log_left_by_log_layer;
     return q;
 }
 
 ALWAYS_INLINE creep_value law_value(const creep_table *table, double softening, double x,
                                     double k_hat) {
     creep_value q;
-    softened_place place = softened_at(softening, x, k_hat);
-    creep_table_evaluate(table, place.x, place.k_hat, 0.0, &q);
-    return at_softened_place(place, q);
+    softened_point point = softened_at(softening, x, k_hat);
+    creep_table_evaluate(table, point.x, point.k_hat, 0.0, &q);
+    return at_softened_point(point, q);
 }
 
 ALWAYS_INLINE double slip_of(const force_element_parameters *p, const force_element_input *in) {
@@ -259,7 +259,7 @@ typedef struct {
     contact_scales scales;
     double x, k_hat;  /* normalized creepage, and k_hat up to the table's maximum */
     double by_others; /* change of the traction ratio as other creepages grow in proportion [1] */
-    softened_place place;
+    softened_point point;
 } force_state;
 
 /* The nominal load of the parameters must be the input's load, scales must belong to the
@@ -285,7 +285,7 @@ ALWAYS_INLINE force_state begin_force(const creep_table *table, const force_elem
     at.x = at.creepage * at.inverse_saturation;
     at.k_hat = smaller(at.scales.k_hat, k_max);
     at.by_others = 0.0;
-    at.place = softened_at(p->softening, at.x, at.k_hat);
+    at.point = softened_at(p->softening, at.x, at.k_hat);
     return at;
 }
 
@@ -307,7 +307,7 @@ ALWAYS_INLINE void stiffness_of_layers(size_t n, const double *softening, const 
 ALWAYS_INLINE void add_layer(const force_element_parameters *p, stiffness_left left,
                              force_state *at) {
     if (has_layer(p))
-        at->place = softened_with_layer(left, at->x, at->k_hat, at->scales.layer_ratio);
+        at->point = softened_with_layer(left, at->x, at->k_hat, at->scales.layer_ratio);
 }
 
 /* Outputs that follow from the forces, be they the steady ones, those of a contact with memory or
@@ -365,7 +365,7 @@ ALWAYS_INLINE void finish_force(const creep_table *table, const force_element_pa
                                 const force_element_input *in, const force_state *at, creep_value q,
                                 force_element_output *out) {
     double zeta0 = at->scales.saturation_creepage, x = at->x;
-    q = at_softened_place(at->place, q);
+    q = at_softened_point(at->point, q);
     double k_margin = at->scales.k_hat - table->k_max;
     out->k_hat_margin = table->one_axis ? -1.0 : k_margin;
     int k_limited = out->k_hat_margin > 0.0;
@@ -474,7 +474,7 @@ typedef struct {
     bound act[2], count[2];  /* how the limits hold the zones back */
     int slow, weak;          /* creepage or force are too small to have a direction */
     int frozen;              /* the derivatives hold the paces constant */
-} memory_place;
+} memory_point;
 
 /* Lose what friction cannot hold at once, as a step of any length may. */
 static inline void lose_excess(const force_element_parameters *p, force_element_input *in) {
@@ -493,7 +493,7 @@ static inline void lose_excess(const force_element_parameters *p, force_element_
 
 /* Forces of the zones as the states are, and as far as friction holds them. */
 ALWAYS_INLINE void set_held(int parts, const force_element_parameters *p,
-                            const force_element_input *in, double scale, memory_place *m) {
+                            const force_element_input *in, double scale, memory_point *m) {
     double strength = p->static_friction * in->friction_scale * in->normal_load;
     m->scale = scale;
     m->per_scale = 1.0 / scale;
@@ -514,13 +514,13 @@ ALWAYS_INLINE void set_held(int parts, const force_element_parameters *p,
     }
 }
 
-ALWAYS_INLINE memory_place memory_at(int parts, const force_element_parameters *p,
+ALWAYS_INLINE memory_point memory_at(int parts, const force_element_parameters *p,
                                      const force_element_input *in, const force_state *at,
                                      double across, const double force[2]) {
     const double tiny = 1e-6; /* normalized creepage below which the flow has its limit at zero */
     const contact_scales *scales = &at->scales;
     double least = scales->initial_slope * tiny;
-    memory_place m;
+    memory_point m;
     m.creepage[0] = at->x;
     m.creepage[1] = across;
     m.size = magnitude_of(parts, m.creepage);
@@ -575,7 +575,7 @@ typedef struct {
     double held[2][2], acting[2][2], counted[2][2], c[2], q[2];
 } held_change;
 
-ALWAYS_INLINE held_change change_of_held(int parts, const memory_place *m,
+ALWAYS_INLINE held_change change_of_held(int parts, const memory_point *m,
                                          const memory_direction *d) {
     held_change h;
     for (int i = 0; i < parts; i++) {
@@ -598,7 +598,7 @@ ALWAYS_INLINE held_change change_of_held(int parts, const memory_place *m,
 enum { HELD, UNSLIPPED, OUTER, LATERAL, HELD_LATERAL = LATERAL, OUTER_LATERAL, MEMORY_STATES };
 
 /* Rates of the memory. */
-ALWAYS_INLINE void memory_rates(int parts, const memory_place *m, double *rate) {
+ALWAYS_INLINE void memory_rates(int parts, const memory_point *m, double *rate) {
     const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
     for (int i = 0; i < parts; i++) {
         double scale = m->length_ratio[i] * m->scale, lost = m->held[0][i] - m->counted[0][i];
@@ -611,7 +611,7 @@ ALWAYS_INLINE void memory_rates(int parts, const memory_place *m, double *rate) 
 
 /* Their changes. In a direction of the states alone (FROM_STATES) neither the steady force nor what
  * it depends on changes. */
-ALWAYS_INLINE void memory_change(int parts, const memory_place *m, int first,
+ALWAYS_INLINE void memory_change(int parts, const memory_point *m, int first,
                                  const memory_direction *d, const held_change *h, double *rate) {
     const int held[2] = {HELD, HELD_LATERAL}, outer[2] = {OUTER, OUTER_LATERAL};
     double turn[2] = {0.0, 0.0}, per_magnitude = m->magnitude > 0.0 ? 1.0 / m->magnitude : 0.0;
@@ -677,7 +677,7 @@ ALWAYS_INLINE void memory_change(int parts, const memory_place *m, int first,
 
 /* Replace the steady forces by those of a contact with memory. */
 ALWAYS_INLINE void hold_forces(int parts, const force_element_parameters *p,
-                               const force_element_input *in, const memory_place *m,
+                               const force_element_input *in, const memory_point *m,
                                force_element_output *out) {
     out->sticking = m->flow.sticking;
     out->steady_outer = m->scale * m->force[0] * m->flow.steady_carried;
@@ -710,7 +710,7 @@ ALWAYS_INLINE int holds_lateral(const force_element_input *in) {
 }
 
 /* Changes of the rates by a lateral force that is zero: it would turn into the steady force. */
-ALWAYS_INLINE void set_changes_by_lateral(const memory_place *m, force_element_output *out) {
+ALWAYS_INLINE void set_changes_by_lateral(const memory_point *m, force_element_output *out) {
     const memory_flow *f = &m->flow;
     double turn = m->weak ? f->fast : f->turn, share = m->weak ? f->share : f->carried;
     for (int i = HELD_LATERAL; i <= OUTER_LATERAL; i++) {
@@ -737,7 +737,7 @@ ALWAYS_INLINE void memory_action(int parts, const force_element_parameters *p,
     double log_g[2] = {at->log_g_by_rolling * p->radius, at->log_g_by_speed};
     double creepage[2] = {out->creepage_by_omega, out->creepage_by_speed};
     double force[2] = {out->force_by_omega, out->force_by_speed};
-    memory_place m = memory_at(parts, p, in, at, 0.0, steady);
+    memory_point m = memory_at(parts, p, in, at, 0.0, steady);
     hold_forces(parts, p, in, &m, out);
     if (!derivatives) return;
     memory_direction d;

@@ -123,7 +123,7 @@ static void saturation(double g, double nu, double *x, double *y) {
 }
 
 /* Softening that makes a stiffness vanish where the stick area does. */
-static double softening(double stiffness, double saturation) {
+static double softening_of(double stiffness, double saturation) {
     double at = stiffness * saturation;
     return (1.0 - 1.0 / at) / at;
 }
@@ -141,8 +141,8 @@ void half_space_scales_of(double a_over_b, double poisson_ratio, half_space_scal
         sqrt(0.5 * (scales->c11 * scales->c11 / g + scales->c22 * scales->c22 * g)) / (1.5 * PI);
     double x, y;
     saturation(g, nu, &x, &y);
-    scales->softening_x = softening(scales->stiffness_x, x);
-    scales->softening_y = softening(scales->stiffness_y, y);
+    scales->softening_x = softening_of(scales->stiffness_x, x);
+    scales->softening_y = softening_of(scales->stiffness_y, y);
 }
 
 void relaxation_lengths_of(double a_over_b, double poisson_ratio, relaxation_lengths *lengths) {

@@ -21,8 +21,8 @@ static inline void lateral_spin_element_begin(const creep_table *table,
     lateral_spin_force_begin(table, table->lateral_spin, there, in,
                              slip_speeds_of(table, there, in), s);
     double per = s->at.inverse_speed;
-    lateral_spin_force_place(table, -in->lateral_velocity * per,
-                             -in->spin_velocity * per * direction_at(in, s), s);
+    lateral_spin_force_set_point(table, -in->lateral_velocity * per,
+                                 -in->spin_velocity * per * direction_at(in, s), s);
 }
 
 /* Derivative of the normalized spin by the speed [s/m]. */
@@ -78,7 +78,7 @@ static inline lateral_spin_change change_of_forces(const force_element_parameter
 
 /* Change of what the memory depends on; the steady forces change by d. */
 static inline memory_direction memory_direction_of(const lateral_spin_force *s,
-                                                   const memory_place *m,
+                                                   const memory_point *m,
                                                    const lateral_spin_change *d,
                                                    const force_element_input *in,
                                                    const force_element_input *din) {
@@ -102,7 +102,7 @@ static inline memory_direction memory_direction_of(const lateral_spin_force *s,
     return to;
 }
 
-static inline memory_place memory_of(const force_element_parameters *there,
+static inline memory_point memory_of(const force_element_parameters *there,
                                      const force_element_input *in, const lateral_spin_force *s) {
     return memory_at(2, there, in, &s->at, s->creepage[1], s->law.force);
 }
@@ -120,8 +120,8 @@ static inline void lateral_spin_element_finish(const creep_table *table,
     q.slope = by[0];
     q.log_k_derivative = s->law.by_log_k[0];
     q.log_layer_derivative = s->law.by_log_layer[0];
-    at->place.x_by_x = 1.0; /* the law of lateral and spin force contains the softening */
-    at->place.log_left_by_x = at->place.log_left_by_log_layer = 0.0;
+    at->point.x_by_x = 1.0; /* the law of lateral and spin force contains the softening */
+    at->point.log_left_by_x = at->point.log_left_by_log_layer = 0.0;
     double growth = p->load_exponent, turning = s->slip.turning; /* it grows with the width */
     if (turning != 0.0)
         at->log_g_by_log_load += s->fall.by_slip * turning * turning * growth / s->slip.size;
@@ -136,7 +136,7 @@ static inline void lateral_spin_element_finish(const creep_table *table,
         s->scale[0] * (by[1] * s->creepage[1] * slower + by[2] * turn_with_speed(in, s));
     out->force_by_load -= at->kinetic * growth * by[1] * s->creepage[1];
     if (!remembers(p)) return;
-    memory_place m = memory_of(p, in, s);
+    memory_point m = memory_of(p, in, s);
     force_element_output steady = *out;
     hold_forces(2, p, in, &m, out);
     memory_direction heavier;

@@ -16,7 +16,7 @@ static void change_with_lengths(const creep_table *table, const force_element_pa
         at.scales.lateral_relaxation_length = scales.lateral_relaxation_length;
         at.scales.standing_stiffness = scales.standing_stiffness;
         at.scales.initial_slope = scales.initial_slope;
-        memory_place m = memory_at(2, &near, in, &at, s->creepage[1], s->law.force);
+        memory_point m = memory_at(2, &near, in, &at, s->creepage[1], s->law.force);
         memory_rates(2, &m, rate[i]);
     }
     double per = log_load / (2.0 * small);
@@ -25,7 +25,7 @@ static void change_with_lengths(const creep_table *table, const force_element_pa
 
 static creep_value table_at(const creep_table *table, const lateral_spin_start *start) {
     creep_value q;
-    creep_table_evaluate(table, start->place, start->k_hat, start->layer, &q);
+    creep_table_evaluate(table, start->point, start->k_hat, start->layer, &q);
     return q;
 }
 
@@ -115,7 +115,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
         dout->spin_moment =
             scale[2] * (direction * d.force[2] + force[2] * (direction * d.log_width + turned));
         if (remembers(p)) {
-            memory_place m = memory_of(&there, in, &s);
+            memory_point m = memory_of(&there, in, &s);
             memory_direction to = memory_direction_of(&s, &m, &d, in, din);
             held_change h = change_of_held(2, &m, &to);
             memory_change(2, &m, BY_X, &to, &h, &dout->held_rate);

@@ -64,8 +64,8 @@ ALWAYS_INLINE void lateral_spin_force_begin(const creep_table *table,
     s->scale[2] = s->scale[0] * (there->semi_width * sqrt(contact->axes_ratio));
 }
 
-ALWAYS_INLINE void lateral_spin_force_place(const creep_table *table, double across, double spin,
-                                            lateral_spin_force *s) {
+ALWAYS_INLINE void lateral_spin_force_set_point(const creep_table *table, double across,
+                                                double spin, lateral_spin_force *s) {
     s->creepage[0] = s->at.x;
     s->creepage[1] = s->per[1] * across;
     s->creepage[2] = s->per[2] * spin;

@@ -7,7 +7,7 @@
 
 #include "lateral_spin_law.h"
 #include "simd_math.h"
-#include "softening.h"
+#include "stiffness.h"
 #include "table_points.h"
 
 /* Where the splines are evaluated: cell and weights in each direction, also of derivatives by u. */
@@ -15,14 +15,14 @@ typedef struct {
     size_t cell[3];
     double weight[3][4], slope[3][4];
     int without_spin, one_set;
-} lateral_spin_place;
+} lateral_spin_cell;
 
 /* Splines of both forces and the moment, then of a second term, and their derivatives by u. */
 typedef struct {
     double value[6], by_u[3][6];
 } spline_values;
 
-ALWAYS_INLINE void find_cell(double u, int cells, lateral_spin_place *at, int direction) {
+ALWAYS_INLINE void find_cell(double u, int cells, lateral_spin_cell *at, int direction) {
     double fraction, *slope = at->slope[direction], per_u = 0.5 * LATERAL_SPIN_CELLS;
     at->cell[direction] = locate(u * per_u, (uint32_t)cells, &fraction);
     basis(fraction, at->weight[direction], slope);
@@ -44,7 +44,7 @@ ALWAYS_INLINE double weighted(const double weight[4], double a, double b, double
 
 /* Sums over 4 x 4 rows of coefficients, weighted by the splines along u[0] and u[1], and their
  * derivatives. */
-ALWAYS_INLINE void sum_rows(const lateral_spin_shape *shape, const lateral_spin_place *at,
+ALWAYS_INLINE void sum_rows(const lateral_spin_shape *shape, const lateral_spin_cell *at,
                             const double *first, size_t row_length, int width, double sum[3][24]) {
     double value[4][24], across[4][24];
     first += (at->cell[0] * (LATERAL_SPIN_CELLS + 3) + at->cell[1]) * row_length;
@@ -67,7 +67,7 @@ ALWAYS_INLINE void sum_rows(const lateral_spin_shape *shape, const lateral_spin_
 }
 
 /* One or two terms, from the coefficients of all places (whole) or those without spin (flat). */
-ALWAYS_INLINE void evaluate_splines(const lateral_spin_shape *shape, const lateral_spin_place *at,
+ALWAYS_INLINE void evaluate_splines(const lateral_spin_shape *shape, const lateral_spin_cell *at,
                                     int terms, const double *whole, const double *flat,
                                     spline_values *found) {
     double sum[3][24];
@@ -109,7 +109,7 @@ ALWAYS_INLINE void add_spin(const lateral_spin_shape *shape, int one_set, const 
     double turn = l[2] < 0.0 || (l[2] == 0.0 && l[1] < 0.0) ? -1.0 : 1.0;
     double mirror[3] = {along, turn, turn}, by_log_k[3] = {0.0};
     const double *set = shape->coefficients;
-    lateral_spin_place there;
+    lateral_spin_cell there;
     there.without_spin = l[2] == 0.0;
     there.one_set = one_set;
     find_cell(along * (l[0] * shrink), LATERAL_SPIN_CELLS / 2, &there, 0);
@@ -154,9 +154,9 @@ ALWAYS_INLINE void add_spin(const lateral_spin_shape *shape, int one_set, const 
 static const double SPIN_SOFTER = 1.3;
 static const double TINY = 1e-60; /* prevents division by zero */
 
-/* State before the evaluation of the table, whose arguments are place and k_hat. */
+/* State before the evaluation of the table, whose arguments are point and k_hat. */
 typedef struct {
-    double place, k_hat, layer, size, per, share, left, left_by_size, left_by_share, stiffness;
+    double point, k_hat, layer, size, per, share, left, left_by_size, left_by_share, stiffness;
     double left_by_log_layer;
 } lateral_spin_start;
 
@@ -190,7 +190,7 @@ ALWAYS_INLINE lateral_spin_start lateral_spin_begin(const lateral_spin_shape *sh
         at.left_by_size = -softening * held.by_size;
         at.left_by_share = -more * (held.value + softening * held.by_softening);
     }
-    at.place = at.size * at.left;
+    at.point = at.size * at.left;
     at.k_hat = k_hat * sqrt(at.stiffness * at.left);
     return at;
 }
@@ -210,7 +210,7 @@ ALWAYS_INLINE void lateral_spin_finish(const lateral_spin_shape *shape, const do
         slope * size * at.left_by_share +
         q_by_left * (at.left_by_share * inverse_left + (ratio - 1.0) / at.stiffness);
     double q_by_log_layer = of_table.log_layer_derivative +
-                            (slope * at.place + q_by_left) * at.left_by_log_layer * inverse_left;
+                            (slope * at.point + q_by_left) * at.left_by_log_layer * inverse_left;
     /* Stiffness left by the layer in full stick: along rolling, across, and against spin. */
     double soft = 1.85 * layer, whole = 1.0 / (1.0 + soft), other = 1.0 / (1.0 + ratio * soft);
     double turning = 1.0 / (1.0 + SPIN_SOFTER * soft), cross = (1.0 + soft) * other;

@@ -23,11 +23,11 @@ typedef struct {
     double a, r;    /* (pi/2) lam, and r */
     double stretch; /* d(ln y)/d(ln t) - 1 */
     double by_t;    /* dx/d(ln t) */
-} layer_place;
+} layer_point;
 
 /* The same of bodies that weaken; else k_hat must be 0, and what follows from it takes no time. */
-ALWAYS_INLINE layer_place layer_place_at(int weakens, double t, double k_hat, double lam) {
-    layer_place at;
+ALWAYS_INLINE layer_point layer_point_at(int weakens, double t, double k_hat, double lam) {
+    layer_point at;
     at.t = t;
     at.k_hat = k_hat;
     at.r = 1.0;
@@ -50,7 +50,7 @@ ALWAYS_INLINE layer_place layer_place_at(int weakens, double t, double k_hat, do
 /* Solve x = m + l + y for n points with 1e-280 <= x <= 1e60 by Halley's method inside a bracket. It
  * starts from the law without a layer, whose k_hat is (l + y)/t at a bound of t. No k_hat (NULL)
  * means 0. A point that is solved waits for the others. */
-ALWAYS_INLINE void solve_layer_places(size_t n, const double *x, const double *k_hat,
+ALWAYS_INLINE void solve_layer_points(size_t n, const double *x, const double *k_hat,
                                       const double *lam, double *t) {
     double low[MAX_POINTS], high[MAX_POINTS], open[MAX_POINTS];
     const int weakens = k_hat != NULL;
@@ -62,7 +62,7 @@ ALWAYS_INLINE void solve_layer_places(size_t n, const double *x, const double *k
             top = smaller(top, cube_root(x[i] / (k * sqrt(a))));
         }
         top *= 1.001; /* more than its rounding */
-        layer_place at = layer_place_at(weakens, top, k, lam[i]);
+        layer_point at = layer_point_at(weakens, top, k, lam[i]);
         t[i] = smaller(top, coordinate_start(x[i], (at.l + at.y) / top));
         low[i] = 0.0;
         high[i] = top;
@@ -73,7 +73,7 @@ ALWAYS_INLINE void solve_layer_places(size_t n, const double *x, const double *k
         busy = 0;
         for (size_t i = 0; i < n; i++) {
             double now = t[i], least = low[i], most = high[i], left = open[i];
-            layer_place at = layer_place_at(weakens, now, weakens ? k_hat[i] : 0.0, lam[i]);
+            layer_point at = layer_point_at(weakens, now, weakens ? k_hat[i] : 0.0, lam[i]);
             double near = (at.m - x[i]) + (at.l + at.y);
             double far = ((at.l + at.y) - (x[i] - 1.0)) - at.s, off = now < 1.0 ? near : far;
             double inverse = 1.0 / at.by_t, more = 1.0 + at.stretch;
@@ -96,14 +96,14 @@ ALWAYS_INLINE void solve_layer_places(size_t n, const double *x, const double *k
 }
 
 /* q without H. sqrt(m) is t^2 sqrt(s) where t^4 is below any number, too. */
-ALWAYS_INLINE double layer_base(const layer_place *at) {
+ALWAYS_INLINE double layer_base(const layer_point *at) {
     double share = at->a / (1.0 + at->a), s = at->s, root_m = at->t * at->t * sqrt(s);
     double clean = at->m * (1.0 + s), springs = root_m * (1.0 + s * (0.5 - LAYER_LIFT * s));
     return (1.0 - share) * clean + share * springs + 2.0 * at->k_hat * at->t * s / at->r;
 }
 
 /* Factor of x H. */
-ALWAYS_INLINE double layer_weight(const layer_place *at) {
+ALWAYS_INLINE double layer_weight(const layer_point *at) {
     double rest = 1.0 / (1.0 + at->t), square = rest * rest;
     return square * square / (1.0 + at->a);
 }
@@ -113,7 +113,7 @@ typedef struct {
 } layer_value;
 
 /* q and its derivatives from H and its derivatives by ln t, ln(k_hat) and ln(lam). */
-ALWAYS_INLINE layer_value layer_law(const layer_place *at, double x, const double h[4]) {
+ALWAYS_INLINE layer_value layer_law(const layer_point *at, double x, const double h[4]) {
     double m = at->m, s = at->s, per = 1.0 / (1.0 + at->a), share = at->a * per;
     double root_m = at->t * at->t * sqrt(s);
     double weakening = 2.0 * at->k_hat * at->t * s / at->r;

@@ -7,7 +7,7 @@
 #pragma GCC target("avx2")
 #endif
 #define WIDE_SUFFIX avx2
-#include "simd_functions.h"
+#include "simd_functions.inc"
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif

@@ -56,33 +56,32 @@ void force_element_forces(const creep_table *table, const force_element_paramete
     CHOOSE(force_element_forces)(table, parameters, n, input, stride, force);
 }
 
-void force_element_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n) {
-    CHOOSE(force_element_evaluate_each)(table, tasks, n);
+void force_elements_evaluate_wide(const creep_table *table, const force_task *tasks, size_t n) {
+    CHOOSE(force_elements_evaluate)(table, tasks, n);
 }
 
-const char *wheelset_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
-                                  double step, size_t *failed) {
-    return CHOOSE(wheelset_advance_many)(table, tasks, n, step, failed);
+const char *wheelsets_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
+                                   double step, size_t *failed) {
+    return CHOOSE(wheelsets_advance)(table, tasks, n, step, failed);
 }
 
-void drivetrain_advance_many(const drivetrain_member *members, size_t n, size_t axles,
-                             drivetrain_input *input, drivetrain_state *state, double time,
-                             double step, double tolerance, double *substep,
-                             unsigned char *failed) {
-    int in_turn = n <= FEW && axles == 1; /* the axles of a vehicle need a lane each */
-    (in_turn ? drivetrain_advance_many_in_turn : CHOOSE(drivetrain_advance_many))(
+void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axles,
+                         drivetrain_input *input, drivetrain_state *state, double time, double step,
+                         double tolerance, double *substep, unsigned char *failed) {
+    int one_lane = n <= FEW && axles == 1; /* the axles of a vehicle need a lane each */
+    (one_lane ? drivetrains_advance_one_lane : CHOOSE(drivetrains_advance))(
         members, n, axles, input, state, time, step, tolerance, substep, failed);
 }
 
-void drivetrain_evaluate_many(const drivetrain_member *members, size_t n, size_t rows,
-                              const drivetrain_input *input, const drivetrain_state *state,
-                              drivetrain_output *output) {
-    (n <= FEW ? drivetrain_evaluate_many_in_turn : CHOOSE(drivetrain_evaluate_many))(
-        members, n, rows, input, state, output);
+void drivetrains_evaluate(const drivetrain_member *members, size_t n, size_t rows,
+                          const drivetrain_input *input, const drivetrain_state *state,
+                          drivetrain_output *output) {
+    (n <= FEW ? drivetrains_evaluate_one_lane : CHOOSE(drivetrains_evaluate))(members, n, rows,
+                                                                              input, state, output);
 }
 
-void creep_forces_evaluate(const creep_forces *pair, size_t n, const creep_forces_input *input,
+void creep_forces_evaluate(const creep_forces *bodies, size_t n, const creep_forces_input *input,
                            creep_forces_output *output) {
-    if (n == 1) creep_forces_of_one(pair, &pair->parameters, input, output);
-    else CHOOSE(creep_forces_evaluate)(pair, n, input, output);
+    if (n == 1) creep_forces_of_one(bodies, &bodies->parameters, input, output);
+    else CHOOSE(creep_forces_evaluate)(bodies, n, input, output);
 }

@@ -1,3 +1,3 @@
 /* Version for any processor of the platform. */
 #define WIDE_SUFFIX portable
-#include "simd_functions.h"
+#include "simd_functions.inc"

@@ -66,10 +66,10 @@ typedef struct {
     double root_k[MAX_POINTS], rest[MAX_POINTS], fraction_u[MAX_POINTS];
     double weight[4][MAX_POINTS], by_k[4][MAX_POINTS]; /* of 4 rows, and their derivatives */
     uint32_t first[MAX_POINTS];                        /* index of the first coefficient */
-} spline_place;
+} spline_cells;
 
-ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double *k_hat,
-                               const double *t, uint32_t row_length, spline_place *place) {
+ALWAYS_INLINE void find_cells(const creep_table *table, size_t n, const double *k_hat,
+                              const double *t, uint32_t row_length, spline_cells *cells) {
     double cells_u = (double)table->cells_u, cells_k = (double)table->cells_k;
     double scale_k = cells_k / sqrt(table->k_max);
     for (size_t i = 0; i < n; i++) {
@@ -79,13 +79,13 @@ ALWAYS_INLINE void find_places(const creep_table *table, size_t n, const double 
         int32_t cell_k = (int32_t)larger(0.0, smaller(position_k, cells_k - 1.0));
         basis(position_k - (double)cell_k, weight, derivative);
         for (int j = 0; j < 4; j++) {
-            place->weight[j][i] = weight[j];
-            place->by_k[j][i] = scale_k * derivative[j];
+            cells->weight[j][i] = weight[j];
+            cells->by_k[j][i] = scale_k * derivative[j];
         }
-        place->root_k[i] = root_k;
-        place->rest[i] = rest;
-        place->fraction_u[i] = position_u - (double)cell_u;
-        place->first[i] = (uint32_t)cell_k * row_length + (uint32_t)cell_u;
+        cells->root_k[i] = root_k;
+        cells->rest[i] = rest;
+        cells->fraction_u[i] = position_u - (double)cell_u;
+        cells->first[i] = (uint32_t)cell_k * row_length + (uint32_t)cell_u;
     }
 }
 
@@ -103,15 +103,15 @@ typedef struct {
     double c[CORNER][MAX_POINTS], by_root_k[CORNER][MAX_POINTS];
 } corner_numbers;
 
-ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline_place *place,
+ALWAYS_INLINE void find_corners(const creep_table *table, size_t n, const spline_cells *cells,
                                 uint32_t row_length, corner_numbers *at) {
     for (size_t i = 0; i < n; i++) {
-        const double *row = table->coefficients + place->first[i] / row_length * row_length;
+        const double *row = table->coefficients + cells->first[i] / row_length * row_length;
         double c[CORNER] = {0.0}, by_root_k[CORNER] = {0.0};
         for (int j = 0; j < 4; j++, row += row_length)
             for (int m = 0; m < CORNER; m++) {
-                c[m] += place->weight[j][i] * row[m];
-                by_root_k[m] += place->by_k[j][i] * row[m];
+                c[m] += cells->weight[j][i] * row[m];
+                by_root_k[m] += cells->by_k[j][i] * row[m];
             }
         for (int m = 0; m < CORNER; m++) {
             at->c[m][i] = c[m];
@@ -165,41 +165,41 @@ ALWAYS_INLINE void add_corrections(const creep_table *table, size_t n, const dou
                                    double *log_k) {
     uint32_t corner = table->twice_corner > 0 ? CORNER : 0;
     uint32_t row_length = corner + table->cells_u + 3;
-    spline_place place;
+    spline_cells cells;
     double sum[MAX_POINTS][4], by_k[MAX_POINTS][4], h[MAX_POINTS][3], w[MAX_POINTS];
-    find_places(table, n, k_hat, t, row_length, &place);
+    find_cells(table, n, k_hat, t, row_length, &cells);
     NOT_VECTORIZED for (size_t i = 0; i < n; i++) { /* gathering takes longer */
-        const double *row = table->coefficients + corner + place.first[i];
-        add_rows(row, row_length, place.weight, i, sum[i]);
-        if (log_k != NULL) add_rows(row, row_length, place.by_k, i, by_k[i]);
+        const double *row = table->coefficients + corner + cells.first[i];
+        add_rows(row, row_length, cells.weight, i, sum[i]);
+        if (log_k != NULL) add_rows(row, row_length, cells.by_k, i, by_k[i]);
     }
     double cells_u = (double)table->cells_u;
     for (size_t i = 0; i < n; i++) {
-        double weight[4], derivative[4], *s = sum[i], *d = by_k[i], u = 1.0 - place.rest[i];
-        basis(place.fraction_u[i], weight, derivative);
+        double weight[4], derivative[4], *s = sum[i], *d = by_k[i], u = 1.0 - cells.rest[i];
+        basis(cells.fraction_u[i], weight, derivative);
         h[i][0] = s[0] * weight[0] + s[1] * weight[1] + s[2] * weight[2] + s[3] * weight[3];
         h[i][1] = s[0] * derivative[0] + s[1] * derivative[1] + s[2] * derivative[2] +
                   s[3] * derivative[3];
-        h[i][1] *= cells_u * u * place.rest[i];
+        h[i][1] *= cells_u * u * cells.rest[i];
         if (log_k != NULL)
             h[i][2] = d[0] * weight[0] + d[1] * weight[1] + d[2] * weight[2] + d[3] * weight[3];
     }
     if (corner > 0) {
         corner_numbers numbers;
-        find_corners(table, n, &place, row_length, &numbers);
+        find_corners(table, n, &cells, row_length, &numbers);
         add_corners(table, n, t, &numbers, log_k != NULL, h);
     }
-    half_powers(n, place.rest, table->twice_decay, w);
+    half_powers(n, cells.rest, table->twice_decay, w);
     double decay = 0.5 * table->twice_decay;
     for (size_t i = 0; i < n; i++) {
-        double root_k = place.root_k[i], factor = table->root_k ? root_k : 1.0;
+        double root_k = cells.root_k[i], factor = table->root_k ? root_k : 1.0;
         double value = factor * h[i][0], by_log_t = factor * h[i][1];
         if (slope == NULL) {
             ratio[i] += fabs(x[i]) * w[i] * value;
             continue;
         }
         double by_log_k = 0.5 * root_k * (factor * h[i][2] + (table->root_k ? h[i][0] : 0.0));
-        double size = fabs(x[i]), moved = by_log_t - decay * (1.0 - place.rest[i]) * value;
+        double size = fabs(x[i]), moved = by_log_t - decay * (1.0 - cells.rest[i]) * value;
         double by_stretch = size * w[i] * moved / stretch[i];
         ratio[i] += size * w[i] * value;
         slope[i] += w[i] * value + (stretch[i] > 0.0 ? by_stretch : 0.0);
@@ -297,7 +297,7 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
         held[i] = smaller(larger(fabs(x[i]), MIN_CREEPAGE), MAX_LAYER_CREEPAGE);
         lam[i] = smaller(larger(layer[i], MIN_LAYER), MAX_LAYER);
     }
-    solve_layer_places(n, held, k_hat, lam, t);
+    solve_layer_points(n, held, k_hat, lam, t);
     for (size_t i = 0; i < n; i++) {
         double g = sqrt(sqrt(lam[i])), w = g / (LAYER_MIDDLE + g), u = t[i] / (1.0 + t[i]);
         double root_k = sqrt(k_hat[i]);
@@ -312,7 +312,7 @@ ALWAYS_INLINE void add_layers(const creep_table *table, size_t n, const double *
     NOT_VECTORIZED for (size_t i = 0; i < n; i++) add_layer_rows(
         table->layer_coefficients + cell.first[i], plane_length, row_length, &cell, i, sum);
     for (size_t i = 0; i < n; i++) {
-        layer_place at = layer_place_at(1, t[i], k_hat[i], lam[i]);
+        layer_point at = layer_point_at(1, t[i], k_hat[i], lam[i]);
         double h[4] = {0.0}; /* H and its derivatives by ln t, ln(k_hat), ln(lam) */
         for (int c = 0; c < 4; c++) {
             double along = cell.weight[0][c][i];

@@ -19,7 +19,7 @@ static inline size_t passed(const profile *p, double place) {
     return low;
 }
 
-static inline double value_at(const profile *p, double place) {
+static inline double profile_value(const profile *p, double place) {
     size_t next = passed(p, place);
     if (next == 0) return p->value[0];
     if (next == p->count) return p->value[p->count - 1];
@@ -30,11 +30,11 @@ static inline double value_at(const profile *p, double place) {
 /* Factors on friction under the left and the right wheel, and on the slope; and the grade. */
 static inline void track_factors(const track *rails, double distance, double time,
                                  double factor[4]) {
-    double over_time = value_at(&rails->over_time, time);
-    factor[0] = over_time * value_at(&rails->left, distance);
-    factor[1] = over_time * value_at(&rails->right, distance);
-    factor[2] = value_at(&rails->slope, distance);
-    factor[3] = value_at(&rails->grade, distance);
+    double over_time = profile_value(&rails->over_time, time);
+    factor[0] = over_time * profile_value(&rails->left, distance);
+    factor[1] = over_time * profile_value(&rails->right, distance);
+    factor[2] = profile_value(&rails->slope, distance);
+    factor[3] = profile_value(&rails->grade, distance);
 }
 
 static inline double distance_ahead(const profile *p, double distance) {

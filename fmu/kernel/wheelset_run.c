@@ -4,22 +4,22 @@
 #include <stdlib.h>
 
 #define LANES 1
-#include "drivetrain_lanes.h"
+#include "drivetrain_lanes.inc"
 
-void control_law_command(const control_law *law, double reference, double creepage, double memory,
-                         control_command *command) {
+void control_law_command(const control_law *law, double reference, double creepage,
+                         double integral_torque, control_command *command) {
     *command = (control_command){.torque = reference};
     if (!law->of_creepage) return;
     double error = reference - creepage, gain = law->proportional_gain;
-    double unlimited = gain * error + memory, tracking = law->integral_gain / gain;
+    double unlimited = gain * error + integral_torque, tracking = law->integral_gain / gain;
     command->torque = fmin(fmax(unlimited, law->torque_min), law->torque_max);
-    command->memory_rate = law->integral_gain * error + tracking * (command->torque - unlimited);
+    command->integral_rate = law->integral_gain * error + tracking * (command->torque - unlimited);
     if (command->torque == unlimited) {
         command->torque_by_creepage = -gain;
-        command->torque_by_memory = 1.0;
+        command->torque_by_integral = 1.0;
         command->rate_by_creepage = -law->integral_gain;
-    } else { /* Ki e - (Ki/Kp)(Kp e + I) = -(Ki/Kp) I depends on the memory alone */
-        command->rate_by_memory = -tracking;
+    } else { /* Ki e - (Ki/Kp)(Kp e + I) = -(Ki/Kp) I depends on the integral alone */
+        command->rate_by_integral = -tracking;
     }
 }
 
@@ -28,7 +28,7 @@ void control_law_command(const control_law *law, double reference, double creepa
 enum {
     ROW_SPEED,
     ROW_OMEGA,
-    ROW_MEMORY,
+    ROW_INTEGRAL,
     ROW_TIME,
     ROW_HELD,
     ROW_DISTANCE = ROW_HELD + LATERAL,
@@ -38,9 +38,9 @@ static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED,     LEFT,           -1,     
                                              HELD_LEFT, UNSLIPPED_LEFT, OUTER_LEFT, DISTANCE,
                                              DRIVE,     CREEP,          RESISTANCE, LOSS};
 ASSERT_LAYOUT(rows_of_the_run,
-              PLACE(run_row, time) == ROW_TIME && PLACE(run_row, held_force) == ROW_HELD &&
-                  PLACE(run_row, distance) == ROW_DISTANCE &&
-                  PLACE(run_row, loss_work) + 1 == RUN_ROWS && (int)RUN_ROWS <= (int)MAX_ROWS);
+              ROW_OF(run_row, time) == ROW_TIME && ROW_OF(run_row, held_force) == ROW_HELD &&
+                  ROW_OF(run_row, distance) == ROW_DISTANCE &&
+                  ROW_OF(run_row, loss_work) + 1 == RUN_ROWS && (int)RUN_ROWS <= (int)MAX_ROWS);
 
 struct wheelset_run {
     drivetrain_member member;
@@ -110,7 +110,7 @@ static double set_input(wheelset_run *run, double time) {
     if (weight != run->load) {
         drivetrain_state none = {0};
         rows unused;
-        load(&run->wheels, 0, &run->member, &in, &none, unused);
+        put_drivetrain(&run->wheels, 0, &run->member, &in, &none, unused);
         run->load = weight;
     }
     put(run->wheels.input, 0, FIELDS(drivetrain_input), (const double *)&in);
@@ -134,7 +134,8 @@ static control_command evaluate_loop(wheelset_run *run, rows y, rows all) {
     fill(&run->wheels, all);
     wheels(&run->wheels, all, contacts_evaluate_all);
     control_command command;
-    control_law_command(&run->given.law, reference, creepage_now(run), y[ROW_MEMORY][0], &command);
+    control_law_command(&run->given.law, reference, creepage_now(run), y[ROW_INTEGRAL][0],
+                        &command);
     all[TORQUE][0] = command.torque;
     return command;
 }
@@ -149,26 +150,26 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     if (run->wheels.remembering) set_memory_rates(&run->wheels, all, found, jacobian ? &j : NULL);
     const equations *p = &run->problem;
     for (int n = 0; n < p->rows; n++) {
-        int i = p->place[n];
+        int i = p->index[n];
         if (DRIVETRAIN_ROW[i] >= 0) f[i][0] = found[DRIVETRAIN_ROW[i]][0];
     }
-    f[ROW_MEMORY][0] = command.memory_rate;
+    f[ROW_INTEGRAL][0] = command.integral_rate;
     f[ROW_TIME][0] = 1.0;
     if (!jacobian) return;
     const lanes *out = wheel_now(run)->out;
     double by[2] = {OUTPUT_OF(creepage_by_speed)[0], OUTPUT_OF(creepage_by_omega)[0]};
     lanes(*to)[MAX_STATES] = *jacobian;
     for (int n = 0; n < p->rows; n++) {
-        int i = p->place[n], from = DRIVETRAIN_ROW[i];
+        int i = p->index[n], from = DRIVETRAIN_ROW[i];
         if (from < 0) continue;
         for (int c = 0; c < 2; c++)
             to[i][c][0] = j[from][DRIVETRAIN_ROW[c]][0] +
                           j[from][TORQUE][0] * command.torque_by_creepage * by[c];
-        to[i][ROW_MEMORY][0] = j[from][TORQUE][0] * command.torque_by_memory;
+        to[i][ROW_INTEGRAL][0] = j[from][TORQUE][0] * command.torque_by_integral;
         for (int c = ROW_HELD; c < p->states; c++) to[i][c][0] = j[from][DRIVETRAIN_ROW[c]][0];
     }
-    for (int c = 0; c < 2; c++) to[ROW_MEMORY][c][0] = command.rate_by_creepage * by[c];
-    to[ROW_MEMORY][ROW_MEMORY][0] = command.rate_by_memory;
+    for (int c = 0; c < 2; c++) to[ROW_INTEGRAL][c][0] = command.rate_by_creepage * by[c];
+    to[ROW_INTEGRAL][ROW_INTEGRAL][0] = command.rate_by_integral;
     if (!run->changes) return;
     rows sooner, later;
     double part = small_part(run, y[ROW_TIME][0]);
@@ -179,7 +180,7 @@ static void rates_of_loop(void *model, lanes *y, lanes *f, matrix *jacobian) {
     run->ahead = 0.0;
     double per = 0.5 / (part * (run->given.end - run->given.start));
     for (int n = 0; n < p->rows; n++) {
-        int i = p->place[n];
+        int i = p->index[n];
         to[i][ROW_TIME][0] = per * (later[i][0] - sooner[i][0]);
     }
 }
@@ -192,7 +193,7 @@ static double relative_size(const wheelset_run *run, rows y, rows change) {
     double saturation =
         saturation_of(wheel_now(run), 0) * (fabs(y[ROW_SPEED][0]) + scale[ROW_SPEED]);
     for (int n = 0; n < run->problem.rows; n++) {
-        int i = run->problem.place[n];
+        int i = run->problem.index[n];
         if (i == ROW_TIME) continue;
         double size = fabs(y[i][0]) + scale[i], part = change[i][0];
         if (i == ROW_OMEGA) {
@@ -224,7 +225,7 @@ static int take_step(wheelset_run *run) {
         memcpy(rates, f, sizeof rates);
         rodas5p(&one, run->now, rates, next, error, k);
         double ratio = relative_size(run, next, error) / run->given.tolerance;
-        double factor = stretch_of_step(ratio, 1);
+        double factor = step_factor(ratio, 1);
         if (ratio <= 1.0) {
             memcpy(run->before, run->now, sizeof(rows));
             memcpy(run->now, next, sizeof(rows));
@@ -233,7 +234,7 @@ static int take_step(wheelset_run *run) {
             for (int d = 0; d < 3; d++)
                 for (int at = 0; at < MAX_STAGES; at++)
                     for (int i = 0; i < run->problem.rows; i++)
-                        run->bend[d][run->problem.place[i]][0] += BEND[d][at] * k[at][i][0];
+                        run->bend[d][run->problem.index[i]][0] += BEND[d][at] * k[at][i][0];
             run->h = h;
             run->next = h * factor;
             return 1;
@@ -303,12 +304,12 @@ static void find_events(wheelset_run *run) {
         run_event event = {.crossing = i};
         event.row = row_at(run, crossing_time(run, i));
         event.creepage = creepage_now(run);
-        size_t place = run->count++;
-        while (place > 0 && (run->events[place - 1].row.time - event.row.time) * run->h > 0.0) {
-            run->events[place] = run->events[place - 1];
-            place--;
+        size_t index = run->count++;
+        while (index > 0 && (run->events[index - 1].row.time - event.row.time) * run->h > 0.0) {
+            run->events[index] = run->events[index - 1];
+            index--;
         }
-        run->events[place] = event;
+        run->events[index] = event;
     }
     memcpy(run->level, is, sizeof is);
     for (size_t i = 0; i < run->count; i++)
@@ -331,7 +332,7 @@ wheelset_run *wheelset_run_begin(const drivetrain_member *member, const run_stre
     int last = remembers(member->contact) ? ROW_DISTANCE : ROW_HELD;
     run->problem = (equations){.parts = 1, .model = run, .rates = rates_of_loop, .states = last};
     for (int i = 0; i < RUN_ROWS; i++)
-        if (i < last || i >= ROW_DISTANCE) run->problem.place[run->problem.rows++] = i;
+        if (i < last || i >= ROW_DISTANCE) run->problem.index[run->problem.rows++] = i;
     memcpy(run->now, first, RUN_ROWS * sizeof(double));
     run->now[ROW_TIME][0] = run->end = given->start;
     rows all;

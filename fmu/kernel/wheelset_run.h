@@ -17,14 +17,14 @@ typedef struct {
 typedef struct {
     double torque;             /* [N.m] */
     double torque_by_creepage; /* [N.m] */
-    double torque_by_memory;   /* [1] */
-    double memory_rate;        /* dI/dt [N.m/s] */
+    double torque_by_integral; /* [1] */
+    double integral_rate;      /* dI/dt [N.m/s] */
     double rate_by_creepage;   /* [N.m/s] */
-    double rate_by_memory;     /* [1/s] */
+    double rate_by_integral;   /* [1/s] */
 } control_command;
 
 CONTACTLIB_API void control_law_command(const control_law *law, double reference, double creepage,
-                                        double memory, control_command *command);
+                                        double integral_torque, control_command *command);
 
 typedef struct {
     double reference;        /* of the controller: torque [N.m] or creepage [1] */
@@ -37,7 +37,7 @@ typedef struct {
 typedef struct {
     double speed;           /* [m/s] */
     double omega;           /* [rad/s] */
-    double memory;          /* of the controller [N.m] */
+    double integral_torque; /* of the controller [N.m] */
     double time;            /* [s] */
     double held_force;      /* states of a contact with memory: creep force [N], */
     double unslipped;       /* the part that has not slipped [1], */

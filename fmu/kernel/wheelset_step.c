@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define LANES 1
-#include "wheel_motion.h"
+#include "wheel_motion.inc"
 
 /* The tolerance of the next substep. A wheel that remembers swings at almost zero speed on its
  * contact almost undamped, at some 100 Hz, and resolving these oscillations over a long step would
@@ -33,11 +33,11 @@ static void euler_substep(const equations *problem, integration *run) {
     for (int i = 0; i < n; i++)
         for (int c = 0; c < n; c++)
             s.lu[i][c][0] =
-                (i == c ? s.inverse[0] : 0.0) - run->j[problem->place[i]][problem->place[c]][0];
+                (i == c ? s.inverse[0] : 0.0) - run->j[problem->index[i]][problem->index[c]][0];
     factorize(problem, s.lu);
-    for (int i = 0; i < n; i++) after[i][0] = f[problem->place[i]][0];
+    for (int i = 0; i < n; i++) after[i][0] = f[problem->index[i]][0];
     solve(problem, s.lu, after, change);
-    for (int i = 0; i < n; i++) run->y[problem->place[i]][0] += change[i][0];
+    for (int i = 0; i < n; i++) run->y[problem->index[i]][0] += change[i][0];
     force_element_input held;
     take(m->contact.in, 0, FIELDS(force_element_input), (double *)&held);
     for (int i = 0; i < MEMORY_STATES; i++) (&held.held_force)[i] = run->y[2 + i][0];
@@ -45,10 +45,10 @@ static void euler_substep(const equations *problem, integration *run) {
     for (int i = 0; i < MEMORY_STATES; i++) run->y[2 + i][0] = (&held.held_force)[i];
     problem->rates(m, run->y, after, NULL);
     for (int i = 0; i < n; i++)
-        after[i][0] = 0.5 * (after[problem->place[i]][0] - f[problem->place[i]][0]);
+        after[i][0] = 0.5 * (after[problem->index[i]][0] - f[problem->index[i]][0]);
     solve(problem, s.lu, after, change);
     memset(f, 0, sizeof f);
-    for (int i = 0; i < n; i++) f[problem->place[i]][0] = change[i][0];
+    for (int i = 0; i < n; i++) f[problem->index[i]][0] = change[i][0];
     problem->error_size(m, run->y, f, run->error);
 }
 
@@ -60,7 +60,7 @@ static const char *advance_evenly(const equations *problem, integration *run, do
     int remembering = remembers(&frozen);
     double length = run->left[0] / number;
     if (remembering) {
-        m->contact.there[PLACE(force_element_parameters, memory)][0] = frozen.memory = 2.0;
+        m->contact.there[ROW_OF(force_element_parameters, memory)][0] = frozen.memory = 2.0;
         m->contact.given[0] = &frozen;
     }
     for (; number > 0.0; number -= 1.0) {
@@ -105,21 +105,21 @@ const char *wheelset_advance(const creep_table *table, wheelset_task *task, doub
     integration run;
     m.braked = 0;
     contacts_begin(&m.contact, table, task->contact);
-    contacts_load(&m.contact, 0, task->contact, &task->input);
-    load_motion(&m, run.y, 0, task);
+    contacts_put_input(&m.contact, 0, task->contact, &task->input);
+    put_motion(&m, run.y, 0, task);
     equations problem = motion_equations(&m);
     const char *error =
         advance(&problem, &run, step, &task->tolerance, &task->substep, task->max_substeps);
-    if (error == NULL) store_motion(run.y, 0, task);
+    if (error == NULL) take_motion(run.y, 0, task);
     return error;
 }
 
-const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks, size_t n,
-                                  double step, size_t *failed) {
+const char *wheelsets_advance(const creep_table *table, wheelset_task *tasks, size_t n, double step,
+                              size_t *failed) {
 #ifndef ONE_FILE_KERNEL
     int limited = 0;
     for (size_t i = 0; i < n; i++) limited |= tasks[i].max_substeps != 0.0;
-    if (n > PAIR && !limited) return wheelset_advance_wide(table, tasks, n, step, failed);
+    if (n > FEW_WHEELS && !limited) return wheelsets_advance_wide(table, tasks, n, step, failed);
 #endif /* ONE_FILE_KERNEL */
     for (*failed = 0; *failed < n; ++*failed) {
         const char *error = wheelset_advance(table, &tasks[*failed], step);

@@ -30,10 +30,10 @@ CONTACTLIB_API const char *wheelset_advance(const creep_table *table, wheelset_t
 /* Advance n wheelsets with the same table, tolerance and kinds of contact, with the same bits as
  * one by one. On failure `failed` returns the first one that failed; the others may have been
  * advanced. */
-CONTACTLIB_API const char *wheelset_advance_many(const creep_table *table, wheelset_task *tasks,
-                                                 size_t n, double step, size_t *failed);
-const char *wheelset_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
-                                  double step, size_t *failed);
+CONTACTLIB_API const char *wheelsets_advance(const creep_table *table, wheelset_task *tasks,
+                                             size_t n, double step, size_t *failed);
+const char *wheelsets_advance_wide(const creep_table *table, wheelset_task *tasks, size_t n,
+                                   double step, size_t *failed);
 
 /* Creep force at n distances rolled, from the steady state of the first
  * creepage, which changes evenly with distance in between. Returns NULL, or why it failed. */

@@ -22,7 +22,7 @@ from sweep_files import write_sweep
 
 import contactlib as cl
 from contactlib import figures
-from contactlib.base.text import harmless_line
+from contactlib.base.text import printable_line
 from contactlib.cli.commands import main
 from contactlib.cli.console import ConsoleReporter, Pace
 from contactlib.element import ProcessZoneWarning
@@ -88,7 +88,7 @@ def test_demo_s_numbers_are_right_and_all_in_the_summary(shown: tuple[Path, str]
 
 def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> None:
     name = "b\na\x1bd.toml" if os.name == "posix" else "bad.toml"
-    path, shown = tmp_path / name, tmp_path / harmless_line(name)
+    path, shown = tmp_path / name, tmp_path / printable_line(name)
     path.write_text('name = "x"\nsource = "y"\n')
     for command in ("table", "fmu"):
         result = call(command, path, "-o", tmp_path / "out")

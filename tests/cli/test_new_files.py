@@ -85,7 +85,7 @@ def test_the_model_runs_and_slips_away() -> None:
 def test_the_scenario_runs_with_all_its_controllers() -> None:
     scenario = cl.load_scenario(written("scenario"))
     runs = {name: cl.run_scenario(scenario, name) for name in scenario.controllers}
-    used = {n: cl.metrics(r, scenario.drivetrain).adhesion_utilisation for n, r in runs.items()}
+    used = {n: cl.metrics(r, scenario.drivetrain).utilisation for n, r in runs.items()}
     assert used["open_loop"] < 0.85 < 0.9 < min(used["threshold"], used["creep_pi"])
 
 

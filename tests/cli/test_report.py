@@ -34,7 +34,7 @@ OPEN = {"open_loop": OpenLoop()}
 SHORT = """
 name = "Short wet stretch"
 source = "chosen"
-vehicle = "locomotive.toml"
+wheelset = "locomotive.toml"
 
 [motor]
 lag = "5 ms"
@@ -268,7 +268,7 @@ def test_a_report_says_what_a_number_hides() -> None:
     assert "- stopping distance: does not stop within 0.7 s" in table.splitlines()
     fastest = float(run["speed"].max())
     for share, name, doubted in ((0.049, "wsp", 0), (0.051, "wsp", 1), (0.9, "open_loop", 0)):
-        lines = report.doubt_of_speed(coach, name, run, share * fastest)
+        lines = report.warning_of_speed(coach, name, run, share * fastest)
         assert len(lines) == doubted
         assert all(f"off by up to {share * fastest:.3g} m/s, 5% of" in line for line in lines)
 

@@ -1,4 +1,4 @@
-"""Write the tables of the guide's page on what works together, from what the doors do.
+"""Write the tables of the guide's page on what works together, from what the uses do.
 
 python tests/composition/write_page.py
 """
@@ -14,9 +14,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(p) for p in (ROOT / "tests").iterdir()] + [str(ROOT / "tests")]
 
-from doors import DOORS, FEATURES, OF_VEHICLE, Case, cell_of, pair_of, table, together  # noqa: E402
 from explorer_page import explorer_page  # noqa: E402
-from test_doors import PAGE  # noqa: E402
+from test_uses import PAGE  # noqa: E402
+from uses import FEATURES, OF_VEHICLE, USES, Case, cell_of, pair_of, table, together  # noqa: E402
 
 
 def folder() -> Path:
@@ -26,12 +26,12 @@ def folder() -> Path:
 def main() -> None:
     """Check every cell and write the page anew."""
     with explorer_page() as page:
-        doors = {
+        uses = {
             feature: {
                 name: cell_of(
-                    Case(changes, folder()), door, *([page] if door.tools == "browser" else [])
+                    Case(changes, folder()), use, *([page] if use.tools == "browser" else [])
                 )
-                for name, door in DOORS.items()
+                for name, use in USES.items()
             }
             for feature, changes in FEATURES.items()
         }
@@ -44,7 +44,7 @@ def main() -> None:
         for first in list(OF_VEHICLE)[:-1]
     }
     parts = re.split(r"(<!-- \(\w+\) -->)", PAGE.read_text(encoding="utf-8"))
-    parts[2], parts[6] = (f"\n\n{table(rows)}\n\n" for rows in (doors, pairs))
+    parts[2], parts[6] = (f"\n\n{table(rows)}\n\n" for rows in (uses, pairs))
     PAGE.write_text("".join(parts), encoding="utf-8")
 
 

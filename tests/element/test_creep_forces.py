@@ -20,7 +20,7 @@ G, NU = 82e9, 0.28
 FORCES = ("force_x", "force_y", "spin_moment")
 
 
-def pair_of(friction: cl.Friction) -> cl.CreepForces:
+def bodies_of(friction: cl.Friction) -> cl.CreepForces:
     return cl.CreepForces(friction, shear_modulus=G, poisson_ratio=NU)
 
 
@@ -41,12 +41,12 @@ def cases(n: int, **fixed: float) -> dict[str, Any]:
     ("friction", "within"), [(COULOMB, 1e-6), (WEAKENING, 1e-6), (FALLING, 1e-5), (HOT, 1e-5)]
 )
 def test_derivatives_are_those_of_the_forces(friction: cl.Friction, within: float) -> None:
-    pair, given = pair_of(friction), cases(300)
+    bodies, given = bodies_of(friction), cases(300)
     given["speed"] = np.random.default_rng(4).uniform(2.0, 60.0, 300)
-    here = pair.evaluate(**given)
+    here = bodies.evaluate(**given)
     for name, step in (("creepage_x", 1e-7), ("creepage_y", 1e-7), ("spin", 1e-5)):
         ahead, behind = (
-            pair.evaluate(**{**given, name: given[name] + sign * step}) for sign in (1, -1)
+            bodies.evaluate(**{**given, name: given[name] + sign * step}) for sign in (1, -1)
         )
         for force in FORCES:
             difference = (ahead[force] - behind[force]) / (2.0 * step)
@@ -56,41 +56,41 @@ def test_derivatives_are_those_of_the_forces(friction: cl.Friction, within: floa
 
 @pytest.mark.parametrize("friction", [COULOMB, WEAKENING])
 def test_a_contact_alone_gives_the_same_bits_as_among_many(friction: cl.Friction) -> None:
-    pair, given = pair_of(friction), cases(40)
+    bodies, given = bodies_of(friction), cases(40)
     given["spin"][::3] = 0.0
     given["normal_load"][::7] = 0.0
-    singles = [pair.evaluate(**{name: v[i] for name, v in given.items()}) for i in range(40)]
-    assert np.array(singles).tobytes() == pair.evaluate(**given).tobytes()
+    singles = [bodies.evaluate(**{name: v[i] for name, v in given.items()}) for i in range(40)]
+    assert np.array(singles).tobytes() == bodies.evaluate(**given).tobytes()
 
 
 def test_nothing_comes_of_nothing() -> None:
     given = cases(10)
     for changed in ({"normal_load": 0.0}, {"friction_scale": 0.0}):
-        outputs = pair_of(WEAKENING).evaluate(**{**given, **changed})
+        outputs = bodies_of(WEAKENING).evaluate(**{**given, **changed})
         assert all(not outputs[name].any() for name in FORCES)
     given["semi_axis_x"][2:5] = given["semi_axis_y"][2:5] = given["normal_load"][2:5] = 0.0
     given["friction_scale"] = np.where(np.arange(10) == 7, -1e-9, 1.0)
-    outputs, force = pair_of(WEAKENING).evaluate(**given), np.ones(10, dtype=bool)
+    outputs, force = bodies_of(WEAKENING).evaluate(**given), np.ones(10, dtype=bool)
     force[[2, 3, 4, 7]] = False  # in the air, and without friction
     assert all(((outputs[name] != 0.0) == force).all() for name in FORCES)
-    still = pair_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
+    still = bodies_of(WEAKENING).evaluate(**cases(10, creepage_x=0.0, creepage_y=0.0, spin=0.0))
     assert all(not still[name].any() for name in FORCES)
     assert all(np.isfinite(still[name]).all() for name in still.dtype.names or ())
 
 
 def test_what_was_not_checked_is_reported() -> None:
-    pair = pair_of(COULOMB)
+    bodies = bodies_of(COULOMB)
     with pytest.warns(AspectWarning, match="outside 1/8"):
-        pair.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
+        bodies.evaluate(semi_axis_x=9e-3, semi_axis_y=1e-3, normal_load=1e4)
     table = cl.carter_griffith_table("line")
     with pytest.raises(ValueError, match="must be the table of an ellipse"):
         cl.CreepForces(COULOMB, shear_modulus=G, poisson_ratio=NU, table=table)
     falling = cl.Friction(
         static=0.3, kinetic=0.3, weakening_length=0.0, slip_rate_residual=0.4, slip_rate_decay=0.6
     )
-    pair = cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
+    bodies = cl.CreepForces(falling, shear_modulus=G, poisson_ratio=NU)
     with pytest.raises(ValueError, match="speed is missing: friction falls with slip speed"):
-        pair.evaluate(semi_axis_x=5e-3, semi_axis_y=5e-3, normal_load=1e4)
+        bodies.evaluate(semi_axis_x=5e-3, semi_axis_y=5e-3, normal_load=1e4)
 
 
 def measured(whole: cl.ForceElement) -> cl.ForceElement:
@@ -120,13 +120,13 @@ ELEMENTS: dict[str, tuple[Callable[[cl.ForceElement], cl.ForceElement], float]] 
 def test_the_bodies_of_an_element_have_its_force(name: str, locomotive: cl.Model) -> None:
     make, within = ELEMENTS[name]
     element, rng, n = make(locomotive.wheelset.element), np.random.default_rng(4), 60
-    contact, pair = element.contact, cl.CreepForces.of(element)
+    contact, bodies = element.contact, cl.CreepForces.of(element)
     assert isinstance(contact, cl.EllipticContact)
     assert (element.slope_reduction < 0.5) == (name in ("third body", "measured"))
     load, speed = rng.uniform(0.5, 1.5, n), rng.uniform(2.0, 60.0, n)
     xi, eta, phi = rng.normal(0.0, [[0.02], [0.01], [1.0]], (3, n))
     eta[:10] = phi[:20] = 0.0
-    computed = pair.evaluate(
+    computed = bodies.evaluate(
         semi_axis_x=np.cbrt(load) * contact.semi_axis_x,
         semi_axis_y=np.cbrt(load) * contact.semi_axis_y,
         normal_load=load * contact.normal_load,

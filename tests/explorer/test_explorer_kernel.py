@@ -44,9 +44,9 @@ def doubles(struct: Any) -> Any:
 # What the page calls for an array of arguments, their ranges, and the native function.
 FUNCTIONS: dict[str, tuple[str, list[tuple[float, float]], Any]] = {
     "place on the line law": (
-        "(x, k) => [kernel.module.creep_table_place(x, k)]",
+        "(x, k) => [kernel.module.creep_table_coordinate(x, k)]",
         [(1e-6, 1e3), (1e-3, 2.0)],
-        kernel.table_place,
+        kernel.table_coordinate,
     ),
     "Hertz's ellipse": (
         "(rx, ry, c) => kernel.semiAxes(rx, ry, c)",

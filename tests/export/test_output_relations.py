@@ -43,7 +43,7 @@ PLACES: list[dict[str, float]] = [
     {"slip": 0.002, "speed": 0.05, "spin_velocity": -0.01},
     {"slip": -0.3, "speed": -10.0},
 ]
-PAIR_PLACES: list[dict[str, float]] = [
+BODIES_PLACES: list[dict[str, float]] = [
     {"creepage_x": -0.001},
     {"creepage_x": 0.05, "creepage_y": 0.02, "speed": 20.0},
     {"creepage_y": -0.003, "spin": 0.3, "normal_load": 6e4},
@@ -528,7 +528,7 @@ def test_outputs_are_consistent(
         element = falling(locomotive.wheelset.element, residual=0.0)
         element = replace(element, layer_compliance=3e-13, table=table)
     model = replace(locomotive, wheelset=replace(locomotive.wheelset, element=element))
-    places = {"creep_forces": PAIR_PLACES, "wheelset_body": PLACES[:1]}.get(kind, PLACES)
+    places = {"creep_forces": BODIES_PLACES, "wheelset_body": PLACES[:1]}.get(kind, PLACES)
     groups = [places] if version == 3 else [[place] for place in places]
     count, options = len(groups[0]), MODES[mode]
     wheels_option = {"wheels": count} if count > 1 else {}

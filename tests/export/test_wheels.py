@@ -102,7 +102,7 @@ def test_a_wheel_may_be_the_only_one_of_its_kind(
         at = [pointer(inputs[i:], "force_element_input") for i in range(WHEELS)]
         to = [pointer(together[i:], "force_element_output") for i in range(WHEELS)]
         tasks = ffi.new("force_task[]", list(zip(each, at, to, strict=True)))
-        library().force_element_evaluate_each(contact, tasks, WHEELS)
+        library().force_elements_evaluate(contact, tasks, WHEELS)
         for i in range(WHEELS):
             room = pointer(single[i:], "force_element_output")
             library().force_element_evaluate(contact, each[i], at[i], room)

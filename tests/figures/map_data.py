@@ -27,7 +27,7 @@ DESCRIBED = {
     "clearing_time": ("s", "longest time that the largest demand survives"),
     "worst_pole": ("1/s", "largest pole of the falling branch"),
     "stable": ("1", "whether the largest demand is held"),
-    "adhesion_utilisation": ("1", "part of what can be transmitted that is"),
+    "utilisation": ("1", "part of what can be transmitted that is"),
     "slip_work": ("J", "work of slip"),
     "recovery_time": ("s", "longest lack of force"),
 }
@@ -98,7 +98,7 @@ def compared() -> xr.Dataset:
         return np.where(failed(friction, length) > 0, np.nan, utilisation(friction, length))
 
     outcomes = {
-        "adhesion_utilisation": known,
+        "utilisation": known,
         "slip_work": lambda f, s: 1e4 * 10.0 ** (5.0 * (1.0 - known(f, s))),
         "recovery_time": lambda f, s: np.where(
             known(f, s) < 0.6, np.inf, 5.0 * (1.0 - known(f, s))
@@ -121,7 +121,7 @@ def sampled() -> xr.Dataset:
     used = np.array([0.6 + 0.3 * friction, 0.95 - 0.1 * friction]) + noise
     used[1, :3] = np.nan
     data = xr.Dataset(attrs=ABOUT)
-    data["adhesion_utilisation"] = described("adhesion_utilisation", ("controller", "run"), used)
+    data["utilisation"] = described("utilisation", ("controller", "run"), used)
     data["clearing_time"] = described(
         "clearing_time", "run", np.where(friction > 0.75, np.inf, 0.02 * friction * load / 2e5)
     )

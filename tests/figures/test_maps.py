@@ -135,14 +135,14 @@ def test_controllers_share_one_scale(tmp_path: Path) -> None:
 def test_a_third_axis_has_panels() -> None:
     made = grid(
         {
-            "adhesion_utilisation": lambda f, s, p: np.array(utilisation(f, s)) * p / 265e3,
+            "utilisation": lambda f, s, p: np.array(utilisation(f, s)) * p / 265e3,
             "critical_torque": lambda f, s, p: torque(f, p) + s,
         },
         friction=FRICTION,
         length=np.linspace(10.0, 130.0, 6),
         load=LOAD[::2],
     )
-    figure = map_figure(made, "adhesion_utilisation")
+    figure = map_figure(made, "utilisation")
     checks.check_axes(figure)
     checks.check_layout(figure)
     loads = [f"axle load {1e-3 * load:.4g} kN" for load in (LOAD[0], *LOAD[2:-1:4], LOAD[-1])]
@@ -249,12 +249,12 @@ def test_lines_show_the_values(tmp_path: Path) -> None:
 
 def test_few_values_of_a_second_axis_are_lines(tmp_path: Path) -> None:
     made = compared().isel(length=[0, 2, 5])
-    figure = map_figure(made, "adhesion_utilisation")
+    figure = map_figure(made, "utilisation")
     checks.check_all(figure, tmp_path)
     for axes, name in zip(figure.axes, CONTROLLERS, strict=True):
         for length in made["length"].values:
             _, y, _ = checks.lines(axes, f"length of the patch {length:.4g}\u00a0m")
-            expected = made["adhesion_utilisation"].sel(controller=name, length=length)
+            expected = made["utilisation"].sel(controller=name, length=length)
             assert_allclose(y, 100.0 * expected)
 
 
@@ -269,11 +269,11 @@ def test_a_line_of_yes_or_no_has_words(tmp_path: Path) -> None:
 
 
 def test_sample_shows_the_distribution(tmp_path: Path) -> None:
-    figure = map_figure(sampled(), "adhesion_utilisation")
+    figure = map_figure(sampled(), "utilisation")
     checks.check_all(figure, tmp_path)
     lines = figure.axes[0].lines
     for curve, points, name in zip(lines[::2], lines[1::2], CONTROLLERS, strict=False):
-        values = sampled()["adhesion_utilisation"].sel(controller=name).dropna("run").values / 0.01
+        values = sampled()["utilisation"].sel(controller=name).dropna("run").values / 0.01
         x, share = (numbers(part)[1:] for part in curve.get_data())
         upto = [np.mean(values <= at) for at in x]
         assert_allclose(share, upto, atol=1.01 / values.size)
@@ -292,14 +292,14 @@ def test_infinite_values_are_missing_at_the_top(tmp_path: Path) -> None:
 
 
 def test_strongest_parameter_comes_first() -> None:
-    figure = map_figure(sampled(), "adhesion_utilisation")
+    figure = map_figure(sampled(), "utilisation")
     bars, scatter = figure.axes[1], figure.axes[2]
     assert bars.get_yticklabels()[0].get_text().replace("\n", " ") == DESCRIBED["friction"][1]
     assert scatter.get_xlabel().replace("\n", " ") == f"{DESCRIBED['friction'][1]} [1]"
     widths = [container[0].get_width() for container in bars.containers]
     friction = sampled()["friction"].values
     for width, name in zip(widths, CONTROLLERS, strict=False):
-        values = sampled()["adhesion_utilisation"].sel(controller=name).values
+        values = sampled()["utilisation"].sel(controller=name).values
         known = ~np.isnan(values)
         d = np.argsort(np.argsort(friction[known])) - np.argsort(np.argsort(values[known]))
         n = int(known.sum())
@@ -356,7 +356,7 @@ def test_outcomes_with_a_wrong_speed_are_marked() -> None:
         assert sum(counts) == int(part["speed_misjudged"].sum())
     assert text not in legend_texts(map_figure(made, "speed_misjudged"))[2:]
     random = sampled().assign(speed_misjudged=("run", np.arange(200.0) < 3.0))
-    assert f"; 3: {text}" in legend_texts(map_figure(random, "adhesion_utilisation"))[0]
+    assert f"; 3: {text}" in legend_texts(map_figure(random, "utilisation"))[0]
 
 
 # ---- the user's style --------------------------------------------------------------------------
@@ -365,7 +365,7 @@ def test_outcomes_with_a_wrong_speed_are_marked() -> None:
 def test_lines_keep_dashes_and_marks_in_the_user_s_colours() -> None:
     made = compared().isel(length=-1, drop=True)
     with mpl.style.context("dark_background"):
-        figures = map_figure(made, "recovery_time"), map_figure(sampled(), "adhesion_utilisation")
+        figures = map_figure(made, "recovery_time"), map_figure(sampled(), "utilisation")
         colour = mpl.rcParams["axes.prop_cycle"].by_key()["color"][0]
     for figure in figures:
         checks.check_styles(figure)
@@ -414,7 +414,7 @@ def test_every_outcome_has_its_files(tmp_path: Path) -> None:
     made = compared().isel(length=0, drop=True)
     made["seed"] = 1.0  # of no axis
     written = draw_maps(made, tmp_path / "new" / "maps")
-    expected = ["adhesion_utilisation", "slip_work", "recovery_time"]
+    expected = ["utilisation", "slip_work", "recovery_time"]
     assert [path.name for path in written] == [
         f"{n}.{kind}" for n in expected for kind in ("png", "svg")
     ]

@@ -63,9 +63,7 @@ DRAWN: dict[str, Callable[[cl.Model], Figure]] = {
     **{f"paper {n}": lambda _, n=n: PAPER_FIGURES[n].draw() for n in (1, 4, 5, 6)},  # type: ignore[misc]
     "patch": lambda _: figures.CONTACT_PATCH.draw(),
     **{name: OF_MODEL[name] for name in ("s_curve", "poles", "gains", "loop", "creep curve")},
-    "lines": lambda _: figures.map_figure(
-        map_data.compared().isel(length=0), "adhesion_utilisation"
-    ),
+    "lines": lambda _: figures.map_figure(map_data.compared().isel(length=0), "utilisation"),
     "samples": lambda _: figures.map_figure(map_data.sampled(), "clearing_time"),
 }
 SLIDES = {

@@ -144,7 +144,7 @@ def test_every_key_is_held_to_what_is_declared_of_it(key: str, parameter: Parame
     ends = [limits.above, limits.below]
     ends += [math.nextafter(limits.at_least, -math.inf), math.nextafter(limits.at_most, math.inf)]
     for bad in (math.nan, *ends):
-        hint = f"; {limits.doubtful}" if limits.doubtful else ""
+        hint = f"; {limits.hint}" if limits.hint else ""
         refused = f"it.{key} = {bad!r} is out of range: must be {limits}{hint}"
         assert error_of({key: [bad] if parameter.many else bad}) == refused
     for wrong in (True, "1 furlong"):

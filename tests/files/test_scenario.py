@@ -138,7 +138,7 @@ def test_torsion_is_held_beyond_the_peak_where_it_grows() -> None:
 TEXT = """
 name = "x"
 source = "y"
-vehicle = "locomotive.toml"
+wheelset = "locomotive.toml"
 
 [run]
 initial_speed = "36 km/h"

@@ -103,7 +103,7 @@ def test_energy_is_kept_and_friction_takes_it(seed: int) -> None:
 
 # ---- scenarios ------------------------------------------------------------------------------
 
-OUTCOMES = ("slip_work", "final_speed", "largest_creepage", "adhesion_utilisation")
+OUTCOMES = ("slip_work", "final_speed", "largest_creepage", "utilisation")
 
 
 @examples(20)

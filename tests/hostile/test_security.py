@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from lxml import html
 
 import contactlib as cl
-from contactlib.base.text import harmless_line
+from contactlib.base.text import printable_line
 from contactlib.base.writing import MAX_BYTES, package_folder
 from contactlib.cli.commands import main
 from contactlib.export import package, page
@@ -182,7 +182,7 @@ def test_a_model_s_text_is_text_in_an_fmu(rig: cl.Model) -> None:
     "text", ["\x1b]0;owned\x07", "\x9b2J", "\x08", "\r", "\u202egnp", "\udcff", "\u2028", "\t"]
 )
 def test_a_terminal_gets_no_orders(text: str, tmp_path: Path) -> None:
-    shown = harmless_line(f"a{text}b")
+    shown = printable_line(f"a{text}b")
     assert shown.isprintable()
     assert shown.startswith("a\\")
     if text.isprintable() or text == "\udcff":

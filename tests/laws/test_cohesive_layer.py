@@ -193,7 +193,7 @@ def test_an_ellipse_agrees_with_half_spaces() -> None:
     size, stiff = scales.stiffness_x * x, scales.stiffness_x * lam
     end = 1.0 / (1.0 - scales.softening_x)
     v = brentq(lambda v: end * v**2 / (1.0 + v**2) + stiff * v - size, 0.0, 1.0 + size / stiff)
-    slips, share = end * v**2 / (1.0 + v**2), 0.5 * stiff / (stiff + 0.14)  # fmu/kernel/softening.h
+    slips, share = end * v**2 / (1.0 + v**2), 0.5 * stiff / (stiff + 0.14)  # fmu/kernel/stiffness.h
     left = 1.0 - scales.softening_x * (share + (1.0 - share) * slips)
     law = with_layer(k_hat * np.sqrt(scales.stiffness_x * left), stiff * left, "elliptic")
     assert law.traction_ratio(size * left) == pytest.approx(expected, abs=0.005)

@@ -37,7 +37,7 @@ def with_layer(k_hat: float, ratio: float, contact: str = "line") -> cl.CarterGr
 def test_traction_at_the_stick_boundary_follows_from_energy(lam_over_d: float) -> None:
     state = states(lam_over_d, np.array([0.5]))
     (edge,) = between_nodes(state.full_stick, np.array([0.0]), np.array([1.0]))
-    assert edge**2 == pytest.approx(np.pi * state.softening / lam_over_d, rel=2e-8)
+    assert edge**2 == pytest.approx(np.pi * state.stiffness / lam_over_d, rel=2e-8)
 
 
 @pytest.mark.parametrize(("lam", "c", "sigma", "creepage", "ratio"), COULOMB)
@@ -45,7 +45,7 @@ def test_another_program_gives_the_same(
     lam: float, c: float, sigma: float, creepage: float, ratio: float
 ) -> None:
     state = states(lam / (1.0 - c), np.array([0.5 * np.arccos(-c)]))
-    assert state.softening == pytest.approx(sigma, abs=1e-8)
+    assert state.stiffness == pytest.approx(sigma, abs=1e-8)
     assert state.creepage[0] == pytest.approx(creepage, rel=1e-8, abs=1e-8)
     assert 1.0 - state.slipped[0] == pytest.approx(ratio, abs=1e-8)
     q = with_layer(0.0, lam).traction_ratio(creepage)

@@ -600,7 +600,7 @@ static void test_nodes(void) {
             creep_table_node(&shape, u, k, 0.0, &node);
             CHECK(node.normalized_creepage > 0.0 && node.weight > 0.0);
             double t = one_axis ? node.normalized_creepage
-                                : creep_table_place(node.normalized_creepage, k);
+                                : creep_table_coordinate(node.normalized_creepage, k);
             CHECK(fabs(t / (1.0 + t) - u) < 1e-12);
             double x = node.normalized_creepage, clean = node.line;
             creep_table_node(&shape, u, k, 1e-13, &node);

@@ -277,9 +277,9 @@ static void test_together(const creep_table *table, const force_element_paramete
     for (size_t n = 1; n <= MANY_WHEELS; n += 3) {
         wheelset_task together[MANY_WHEELS];
         size_t failed = 0;
-        force_element_evaluate_each(table, contacts, n);
+        force_elements_evaluate(table, contacts, n);
         memcpy(together, tasks, sizeof tasks);
-        CHECK(wheelset_advance_many(table, together, n, 0.01, &failed) == NULL);
+        CHECK(wheelsets_advance(table, together, n, 0.01, &failed) == NULL);
         for (size_t i = 0; i < n; i++) {
             wheelset_task one = tasks[i];
             force_element_evaluate(table, one.contact, &one.input, &alone);
@@ -292,9 +292,9 @@ static void test_together(const creep_table *table, const force_element_paramete
     if (!failing) return;
     size_t failed = 0;
     tasks[LATE].drive_torque = NAN;
-    CHECK(wheelset_advance_many(table, tasks, MANY_WHEELS, 0.01, &failed) != NULL);
+    CHECK(wheelsets_advance(table, tasks, MANY_WHEELS, 0.01, &failed) != NULL);
     CHECK(failed == LATE);
-    CHECK(wheelset_advance_many(table, &tasks[LATE - 1], 2, 0.01, &failed) != NULL);
+    CHECK(wheelsets_advance(table, &tasks[LATE - 1], 2, 0.01, &failed) != NULL);
     CHECK(failed == 1);
     CHECK(isfinite(tasks[LATE].input.omega) && isfinite(tasks[0].input.omega));
 }
@@ -430,7 +430,7 @@ static void test_curve(const creep_table *table, const force_element_parameters 
                                .slope = 1.0};
         double force, held, top, near[NEAR], alone, speeds[NEAR];
         const size_t which[NEAR] = {0};
-        drivetrain_peak_many(&member, which, 1, &in, &at.speed, &force);
+        drivetrains_peak(&member, which, 1, &in, &at.speed, &force);
         CHECK(force == largest);
         drivetrain_input inputs[NEAR];
         for (int k = 0; k < NEAR; k++) { /* peaks that the search finds from the one before */
@@ -440,14 +440,14 @@ static void test_curve(const creep_table *table, const force_element_parameters 
             inputs[k].friction_right *= change;
             speeds[k] = at.speed;
         }
-        drivetrain_peak_many(&member, which, NEAR, inputs, speeds, near);
+        drivetrains_peak(&member, which, NEAR, inputs, speeds, near);
         for (int k = 0; k < NEAR; k++) {
-            drivetrain_peak_many(&member, which, 1, &inputs[k], speeds, &alone);
+            drivetrains_peak(&member, which, 1, &inputs[k], speeds, &alone);
             CHECK(near[k] == alone);
         }
         at.balanced = 0.0;
         torque = creep_curve_grip(table, parameters, &body, &at, torque, &limit);
-        drivetrain_grip_many(&member, 1, &in, &at.speed, &worst.torque, &held, &top);
+        drivetrains_grip(&member, 1, &in, &at.speed, &worst.torque, &held, &top);
         creepage = creep_curve_grip(table, parameters, &body, &at, worst.torque, &limit);
         CHECK(held == creepage || (isnan(held) && isnan(creepage)));
     }
@@ -468,12 +468,12 @@ static void test_drivetrains(const creep_table *table, const force_element_param
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrain_advance_many(&member, 1, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0),
-                                1e-3, &substep, &failed);
+        drivetrains_advance(&member, 1, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0), 1e-3,
+                            &substep, &failed);
         const double *numbers = (const double *)&d.state;
         for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
         CHECK(!failed || memcmp(&d.state, &before.state, sizeof d.state) == 0);
-        drivetrain_evaluate_many(&member, 1, 1, &d.in, &d.state, &out);
+        drivetrains_evaluate(&member, 1, 1, &d.in, &d.state, &out);
         CHECK(isfinite(out.creep_force_left) && isfinite(out.stored_energy));
         if (d.train.axle_stiffness == 0.0) CHECK(d.state.omega_left == d.state.omega_right);
     }
@@ -529,7 +529,8 @@ static void test_run(const creep_table *table, const force_element_parameters *c
                          {.fall = 1.0, .direction = 1},
                          {.abs_creepage = 1.0, .level = 0.5, .direction = 1, .ends = i % 4 == 0}},
         };
-        run_row first = {.speed = i % 6 ? 10.0 : 0.0, .omega = i % 6 ? 20.05 : 0.0, .memory = 1e4};
+        run_row first = {
+            .speed = i % 6 ? 10.0 : 0.0, .omega = i % 6 ? 20.05 : 0.0, .integral_torque = 1e4};
         int status;
         size_t n = all_rows(&member, &given, &first, rows, &status), on_grid = 0;
         CHECK(status == RUN_AT_END || (status == RUN_STOPPED && i % 4 == 0));
@@ -577,10 +578,9 @@ typedef struct {
                         const double *const[4], const size_t[4], double *);
 } many_functions;
 
-#define MANY_FUNCTIONS(suffix)                                               \
-    {drivetrain_advance_many##suffix, drivetrain_evaluate_many##suffix,      \
-     creep_table_evaluate_many##suffix, force_element_evaluate_many##suffix, \
-     force_element_forces##suffix}
+#define MANY_FUNCTIONS(suffix)                                                                     \
+    {drivetrains_advance##suffix, drivetrains_evaluate##suffix, creep_table_evaluate_many##suffix, \
+     force_element_evaluate_many##suffix, force_element_forces##suffix}
 
 /* Those that this processor has; the first are those that it chooses for itself. */
 static size_t widths(many_functions found[3]) {
@@ -693,11 +693,11 @@ static void test_widths(const creep_table *table, const force_element_parameters
     for (int i = 0; i < MANY; i++) {
         double substep = 0.0;
         unsigned char fails = 0;
-        drivetrain_advance_many(&members[i], 1, 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
-                                &fails);
+        drivetrains_advance(&members[i], 1, 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
+                            &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
-        drivetrain_evaluate_many(&members[i], 1, 1, &d[i].in, &d[i].state, &out[1][i]);
+        drivetrains_evaluate(&members[i], 1, 1, &d[i].in, &d[i].state, &out[1][i]);
         CHECK(i >= NOT_A_NUMBER || memcmp(&out[0][i], &out[1][i], sizeof out[0][i]) == 0);
     }
 }

@@ -14,7 +14,7 @@ import pytest
 from plain_scenario import wet_patch
 
 import contactlib as cl
-from contactlib.runs.accumulators import DerivedRows, Vehicles
+from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
 from contactlib.vehicle import WheelLoad
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -132,7 +132,7 @@ def test_the_reward_counts_what_the_metrics_count(patch: cl.Scenario) -> None:
     without.reset(seed=4)
     reward, truncated, (_, info) = 0.0, False, env.reset(seed=4)
     while not truncated:
-        rows = DerivedRows(env.plant.now(), Vehicles.of([patch.drivetrain]))
+        rows = DerivedRows(env.plant.now(), DrivetrainArrays.of([patch.drivetrain]))
         limited = rows.limited[0, 0] and env.time > 0.0
         torque, before = policy.torque(), env.time
         if limited:

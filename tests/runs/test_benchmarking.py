@@ -147,7 +147,7 @@ def result() -> Benchmark:
 def test_each_run_is_that_of_its_scenario(result: Benchmark) -> None:
     assert result.outcomes.shape == (4, 1, 2, 2, 4)
     designed = short("torque_step.toml")
-    names = ["limited_utilisation", "adhesion_utilisation", "slip_work", "jerk"]
+    names = ["limited_utilisation", "utilisation", "slip_work", "jerk"]
     late = replace(designed.sensors, delay=designed.sensors.delay + 0.01)
     generator = np.random.default_rng([5, WHOLE.files.index("torque_step")])
     drawn = [_drawn("torque_step", designed, generator) for _ in range(4)]

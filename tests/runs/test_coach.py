@@ -73,20 +73,20 @@ def test_locked_wheels_do_not_stop_where_protected_ones_do() -> None:
     assert locked["locked_time"] > 50.0
 
 
-def test_a_stop_is_longer_than_on_even_rails() -> None:
-    """On a rising grade with the friction of a map: the even rails keep the grade, as run apart."""
+def test_a_stop_is_longer_than_on_uniform_friction() -> None:
+    """On a rising grade with a map's friction: uniform friction keeps the grade, as run apart."""
     rails = cl.Track.from_breakpoints(distance=(0.0,), friction=(0.07,), unit="coefficient")
     track = replace(rails, grade=cl.Profile.of(0.004), cleaning=1e-5, recovered=2.0)
     bad = replace(coach(5.5), initial_speed=2.0, track=track)
-    even = replace(bad, track=cl.Track(grade=track.grade))
+    uniform = replace(bad, track=cl.Track(grade=track.grade))
     names = ["stopping_distance", "stopping_extension", "speed_error", "speed_misjudged"]
-    found = cl.run_many([bad, even], "wsp", names, index=[3, 3], step=0.005, tolerance=1e-6)
+    found = cl.run_many([bad, uniform], "wsp", names, index=[3, 3], step=0.005, tolerance=1e-6)
     assert found["speed_misjudged"].tolist() == (found["speed_error"] > WITHIN * 2.0).tolist()
     stop, least = found["stopping_distance"]
     assert 1.1 * least < stop
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
     run = run_vehicle(bad, "wsp", index=3)
-    own = vehicle_metrics(run, bad.drivetrain, even=run_vehicle(even, "wsp", index=3))
+    own = vehicle_metrics(run, bad.drivetrain, uniform=run_vehicle(uniform, "wsp", index=3))
     assert own.stopping_extension == pytest.approx(stop / least - 1.0, rel=1e-6)
     error = np.abs(run["measured_speed"] - run["speed"]).max()
     assert own.speed_error == error == pytest.approx(found["speed_error"][0], rel=1e-6)

@@ -16,7 +16,7 @@ from contactlib.runs.damage import warn_of_damage
 STRONG = """
 name = "Too strong"
 source = "chosen"
-vehicle = "locomotive.toml"
+wheelset = "locomotive.toml"
 
 [run]
 initial_speed = 15.0

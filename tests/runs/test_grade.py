@@ -62,7 +62,7 @@ def test_a_grade_changes_its_sign_with_the_direction_of_travel() -> None:
     track = Track.from_breakpoints(start=100.0, direction="decreasing", **lists)
     assert track.grade == cl.Profile((40.0, 40.0, 100.0), (0.03, -0.02, -0.01))
     assert Track.from_breakpoints(**lists).grade == cl.Profile(lists["distance"], lists["grade"])
-    assert "never meets" in str(Track.from_breakpoints(start=-5e4, **lists).doubt(0.0, 10.0))
+    assert "never meets" in str(Track.from_breakpoints(start=-5e4, **lists).warning(0.0, 10.0))
     with pytest.raises(ValueError, match=r"Track.grade.*0\.6 is out of range: must be .*0\.5"):
         Track(grade=cl.Profile.of(0.6))
     with pytest.raises(ValueError, match="distance has 1 and grade 2 entries"):

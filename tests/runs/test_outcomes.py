@@ -16,7 +16,7 @@ from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs.accumulators import WINDOW as JERK_WINDOW
-from contactlib.runs.accumulators import DerivedRows, OneRun, Recovery, Vehicles, _known
+from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays, OneRun, Recovery, _known
 from contactlib.runs.outcomes import (
     Metrics,
     comparison_table,
@@ -54,7 +54,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
 
 def transmittable(run: cl.Result, drivetrain: Drivetrain) -> tuple[Any, Any]:
     """Creep force in the demand's direction, and what could be transmitted [N]."""
-    return DerivedRows(OneRun(run), Vehicles.of([drivetrain])).transmittable
+    return DerivedRows(OneRun(run), DrivetrainArrays.of([drivetrain])).transmittable
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_utilisation_is_the_part_of_what_could_be_transmitted(
     held: Drivetrain, force: ArrayLike, demand: ArrayLike, expected: float
 ) -> None:
     run = run_of(TIME, creep_force=LEVEL * np.asarray(force), demand=demand)
-    utilisation = metrics(run, held).adhesion_utilisation
+    utilisation = metrics(run, held).utilisation
     assert utilisation == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
 
@@ -110,7 +110,7 @@ def test_limited_utilisation_is_that_of_the_time_in_which_friction_limits(
     outcomes = metrics(run_of(time, creep_force=force, demand=demand), held)
     assert outcomes.limited_utilisation == pytest.approx(0.75, rel=1e-12)
     # 4.95 s at a tenth (the trapezoid's last interval ends at 1), 4 s at the level.
-    assert outcomes.adhesion_utilisation > 0.775
+    assert outcomes.utilisation > 0.775
     # A wheel that is braked and yet driven loses as much as one that transmits nothing, and more.
     against = run_of(time, creep_force=-0.5 * LEVEL, demand=1e6)
     assert metrics(against, held).limited_utilisation == pytest.approx(-0.5, rel=1e-12)
@@ -182,7 +182,7 @@ def test_utilisation_of_a_simulated_run_that_does_not_slip(locomotive: cl.Model)
     scenario = plain_scenario(wheelset, duration=6.0)
     run = cl.run_scenario(scenario, step)
     outcomes = metrics(run, scenario.drivetrain)
-    assert outcomes.adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+    assert outcomes.utilisation == pytest.approx(1.0, abs=2e-3)
     assert outcomes.recovery_time < 0.05
     assert outcomes.largest_slip_speed == pytest.approx(np.abs(run["slip_velocity"]).max())
     # The force steps by 7 kN.m/r, but for what is left to come after a window.
@@ -203,7 +203,7 @@ def test_a_wheel_that_rolls_uses_all_of_the_force(locomotive: cl.Model, rig: cl.
             drivetrain, demand=cl.Profile.of(torque), held_speed=held_speed, duration=4.0
         )
         run = cl.run_scenario(case, "open_loop")
-        assert metrics(run, drivetrain).adhesion_utilisation == pytest.approx(1.0, abs=2e-3)
+        assert metrics(run, drivetrain).utilisation == pytest.approx(1.0, abs=2e-3)
         assert run["creepage"][0] == pytest.approx(run["creepage"][4], rel=1e-3)  # starts steady
 
 
@@ -293,7 +293,7 @@ def test_cut_and_reapply_recovers_from_each_of_its_cuts() -> None:
     assert cuts > 15
     outcomes = metrics(run, scenario.drivetrain)
     assert 0.0 < outcomes.recovery_time < 1.5
-    assert outcomes.limited_utilisation < outcomes.adhesion_utilisation - 0.03
+    assert outcomes.limited_utilisation < outcomes.utilisation - 0.03
 
 
 def test_without_demand_no_force_is_lacking(held: Drivetrain) -> None:
@@ -310,12 +310,12 @@ def test_recovery_does_not_depend_on_how_rows_come(held: Drivetrain) -> None:
         demand=demand,
         commanded_torque=rng.uniform(0.5, 1.0, t.size) * demand,
     )
-    vehicles = Vehicles.of([held])
-    observer = Recovery(vehicles)
+    drivetrains = DrivetrainArrays.of([held])
+    observer = Recovery(drivetrains)
     for part in np.split(np.arange(t.size), [1, 2, 90, 91, 400]):
         signals = {name: values[part] for name, values in run.signals.items()}
         piece = cl.Result(t[part], signals, dict.fromkeys(signals, "1"))
-        observer.add(DerivedRows(OneRun(piece), vehicles))
+        observer.add(DerivedRows(OneRun(piece), drivetrains))
     assert observer.value()[0] == metrics(run, held).recovery_time > 0.0
 
 
@@ -372,14 +372,14 @@ def test_comparison_files_hold_every_number(tmp_path: Path) -> None:
     assert paths[0].read_text() == comparison_table(runs) + "\n"
     with paths[1].open(newline="") as file:
         head, *rows = csv.reader(file)
-    assert head[:2] == ["controller", "adhesion_utilisation [1]"]
+    assert head[:2] == ["controller", "utilisation [1]"]
     assert [row[0] for row in rows] == list(runs)
     for row, run in zip(rows, runs.values(), strict=True):
         np.testing.assert_array_equal([float(cell) for cell in row[1:]], list(run))
     written = json.loads(paths[2].read_text())
     assert written["creep, PI"]["recovery_time"] == {"value": "never", "unit": "s"}
     assert written["creep, PI"]["torsional_peak"] == {"value": None, "unit": "N.m"}
-    assert written["open_loop"]["adhesion_utilisation"]["value"] == RUN.adhesion_utilisation
+    assert written["open_loop"]["utilisation"]["value"] == RUN.utilisation
 
 
 def test_table_has_a_line_for_each_metric() -> None:

@@ -330,14 +330,14 @@ def test_noise_on_a_dry_rail_is_no_slip(wheel: float, vehicle: float, name: str)
     case = wet_patch(demand=ramp, track=cl.Track(), sensors=sensors, duration=12.0)
     controller = cl.CONTROLLERS[name].for_drivetrain(case.drivetrain, speed=10.0, sensors=sensors)
     run = cl.run_scenario(case, controller)
-    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
+    assert cl.metrics(run, case.drivetrain).utilisation > 0.99
 
 
 @pytest.mark.slow
 def test_creep_control_beats_cutting_the_torque() -> None:
     """With each of ten sequences of noise, and with no larger share of slip work."""
     cases = [wet_patch({"seed": float(seed)}) for seed in range(10)]
-    outcomes = ("limited_utilisation", "adhesion_utilisation", "slip_share")
+    outcomes = ("limited_utilisation", "utilisation", "slip_share")
     by_controller = [cl.run_many(cases, name, outcomes, index=[0] * len(cases)) for name in LIMITED]
     limited, used, share = (
         np.stack([values[name] for values in by_controller], axis=1) for name in outcomes
@@ -358,7 +358,7 @@ def test_creep_control_survives_what_the_sensors_do_not_show() -> None:
         for bias, diameter in errors
         for _ in range(3)
     ]
-    outcome = "adhesion_utilisation"
+    outcome = "utilisation"
 
     def used(controller: Any) -> np.ndarray:
         return np.reshape(cl.run_many(cases, controller, (outcome,))[outcome], (len(errors), 3))
@@ -387,7 +387,7 @@ def test_standstill_and_back(name: str) -> None:
     assert run["speed"].min() < 0.0
     assert run["creepage"].min() < 0.0 < run["creepage"].max()
     # Noise at low speed is not taken for slip: dry rails give what is demanded.
-    assert cl.metrics(run, case.drivetrain).adhesion_utilisation > 0.99
+    assert cl.metrics(run, case.drivetrain).utilisation > 0.99
 
 
 def test_a_run_ends_with_its_duration_and_reports_its_progress(locomotive: cl.Model) -> None:

@@ -68,4 +68,4 @@ def test_the_limit_of_a_vehicle_is_the_lowest_under_its_axles() -> None:
     assert excess > 4.0
     with pytest.raises(ValueError, match=r"Track.speed_limit.*0\.0 is out of range: must be .*> 0"):
         Track(speed_limit=cl.Profile.of(0.0))
-    assert "never meets" in str(Track.from_breakpoints(start=5e4, **lists).doubt(0.0, 10.0))
+    assert "never meets" in str(Track.from_breakpoints(start=5e4, **lists).warning(0.0, 10.0))

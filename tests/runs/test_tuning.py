@@ -53,7 +53,7 @@ def test_a_search_gives_the_same_each_time_and_nothing_worse_than_the_design(
     first, second = (cl.tune([patch], "creep_pi", trials=60, seeds=1) for _ in range(2))
     assert first.factors == second.factors
     tried, design = (
-        cl.run_many([replace(patch, controllers={"x": c})], "x", [LIMITED, "adhesion_utilisation"])
+        cl.run_many([replace(patch, controllers={"x": c})], "x", [LIMITED, "utilisation"])
         for c in (first.controllers[0], patch.controller("creep_pi"))
     )
     assert sum(float(tried[n][0]) for n in tried) >= sum(float(design[n][0]) for n in design)

@@ -26,7 +26,7 @@ def shipped(**changes: Any) -> cl.Scenario:
 
 
 def test_equal_axles_without_load_transfer_are_wheelsets() -> None:
-    """On even rails, under one controller without noise."""
+    """On uniform friction, under one controller without noise."""
     scenario = shipped(track=Track(), sensors=Sensors())
     assert scenario.vehicle is not None
     wheelset = scenario.drivetrain.wheelset

@@ -15,7 +15,7 @@ from plain_scenario import plain_scenario
 import contactlib as cl
 
 Outcomes = Mapping[str, Mapping[str, np.ndarray]]  # by controller and name
-OUTCOMES = ("adhesion_utilisation", "largest_slip_speed", "final_speed", "slip_share")
+OUTCOMES = ("utilisation", "largest_slip_speed", "final_speed", "slip_share")
 
 
 def scenario(model: cl.Model, controller: Any, speed: float, **changes: Any) -> cl.Scenario:
@@ -61,7 +61,7 @@ def patch_runs(request: pytest.FixtureRequest, locomotive: cl.Model) -> Outcomes
 @pytest.mark.parametrize("name", LIMITED)
 def test_the_wheel_comes_back_after_a_wet_patch(name: str, patch_runs: Outcomes) -> None:
     outcomes = patch_runs[name]
-    assert (outcomes["adhesion_utilisation"] > 0.85).all()
+    assert (outcomes["utilisation"] > 0.85).all()
     assert (outcomes["largest_slip_speed"] < (3.0 if name == "threshold" else 1.5)).all()
 
 
@@ -69,7 +69,7 @@ def test_the_wheel_comes_back_after_a_wet_patch(name: str, patch_runs: Outcomes)
 @pytest.mark.parametrize("name", ["creep_pi", "slope_seeking"])
 def test_creep_control_beats_cutting_and_reapplying(name: str, patch_runs: Outcomes) -> None:
     ours, baseline = patch_runs[name], patch_runs["threshold"]
-    used, cut = ours["adhesion_utilisation"], baseline["adhesion_utilisation"]
+    used, cut = ours["utilisation"], baseline["utilisation"]
     assert (used > cut - 0.01).all()
     assert used.mean() > cut.mean() + 0.015
     # More work done, for the same share of slip work.
@@ -96,8 +96,8 @@ def test_start_from_standstill_and_braking_on_a_wet_rail(name: str, locomotive: 
     assert outcomes["largest_slip_speed"][0] < 1.0
     assert (outcomes["largest_slip_speed"] < 1.5).all()  # no wheel locks
     assert outcomes["final_speed"][0] > 1.0
-    assert outcomes["adhesion_utilisation"][0] > 0.7
-    assert (outcomes["adhesion_utilisation"][1:] > (0.85 if name == "threshold" else 0.88)).all()
+    assert outcomes["utilisation"][0] > 0.7
+    assert (outcomes["utilisation"][1:] > (0.85 if name == "threshold" else 0.88)).all()
 
 
 def late_rows(

@@ -174,7 +174,7 @@ def test_metrics_do_not_count_the_time_after_the_stop() -> None:
     assert abs(runs[0]["speed"][-1]) < 1e-9
     short, long = (cl.metrics(run, case.drivetrain) for run in runs)
     assert short.limited_utilisation == long.limited_utilisation
-    assert short.adhesion_utilisation == long.adhesion_utilisation
+    assert short.utilisation == long.utilisation
 
 
 def test_limits() -> None:

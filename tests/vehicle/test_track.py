@@ -115,8 +115,8 @@ def test_a_run_off_its_map_is_doubted(
     given: dict[str, Any], low: float, high: float, text: str | None
 ) -> None:
     track = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.9), **given)
-    doubt = track.doubt(low, high)
+    doubt = track.warning(low, high)
     assert (doubt is None) == (text is None)
     assert text is None or (doubt is not None and text in doubt and "track.start" in doubt)
     level = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.6), **given)
-    assert level.doubt(low, high) is None
+    assert level.warning(low, high) is None

@@ -374,7 +374,7 @@ def default_chunk(sweep: Sweep, workers: int) -> int:
     return max(MIN_CHUNK, min(limit, shared))
 
 
-def _doubt_map(sweep: Sweep) -> None:
+def _check_plausible_map(sweep: Sweep) -> None:
     """Warn if the first run, with a map, leaves it or never meets it."""
     plan, known = sweep.plan, (ValueError, RuntimeError)  # which the sweep itself reports
     with suppress(*known):
@@ -422,7 +422,7 @@ def _run(
         for first in range(int(gap[0]), int(gap[-1]) + 1, chunk)
     ]
     if todo:
-        _doubt_map(sweep)
+        _check_plausible_map(sweep)
     entered: AbstractContextManager[Workers]
     if executor is None:
         entered = thread_workers(count)

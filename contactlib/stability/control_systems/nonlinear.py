@@ -33,7 +33,7 @@ def creep_control_system(
 
     Inputs are ``creepage_reference``, ``normal_load``, ``friction_scale`` and
     ``resistance_force``, outputs ``omega``, ``speed``, ``creepage``, ``creep_force`` and
-    ``drive_torque``, states those of the wheelset and the controller's memory.
+    ``drive_torque``, states those of the wheelset and the controller's integral torque.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def creep_control_system(
     law = controller.native
 
     def update(_: float, x: FloatArray, u: FloatArray, __: Mapping[str, Any]) -> list[float]:
-        return [law.command(u[0], u[1], x[0]).memory_rate]
+        return [law.command(u[0], u[1], x[0]).integral_rate]
 
     def output(_: float, x: FloatArray, u: FloatArray, __: Mapping[str, Any]) -> list[float]:
         return [law.command(u[0], u[1], x[0]).torque]
@@ -58,7 +58,7 @@ def creep_control_system(
         update,
         output,
         name="creep_control",
-        states=["memory"],
+        states=["integral_torque"],
         inputs=["creepage_reference", "creepage"],
         outputs=["drive_torque"],
     )

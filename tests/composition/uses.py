@@ -1,6 +1,6 @@
-"""What each feature does at each door: the cells of the guide's page on what works together.
+"""What each feature does in each use: the cells of the guide's page on what works together.
 
-A feature is a change of a vehicle or of a scenario, a door a way to use it. A door checks the
+A feature is a change of a vehicle or of a scenario, a use a way to use it. It checks the
 feature by a second way and raises AssertionError if the two differ by more than its statement
 allows. A ValueError is a refusal, a SteadyRollingWarning the remark that the answer is one of
 steady rolling.
@@ -220,7 +220,7 @@ def outputs_of(variables: Iterable[Any]) -> list[str]:
     return [name for name in numbers if name in RECORD]
 
 
-# ---- doors --------------------------------------------------------------------------------------
+# ---- uses --------------------------------------------------------------------------------------
 
 
 def in_python(case: Case) -> None:
@@ -550,7 +550,7 @@ def environment(case: Case) -> None:
 # ---- cells --------------------------------------------------------------------------------------
 
 
-class Door(NamedTuple):
+class Use(NamedTuple):
     """A column of the page."""
 
     check: Callable[..., float | None]
@@ -559,22 +559,22 @@ class Door(NamedTuple):
     takes_lateral: bool = False
 
 
-DOORS: dict[str, Door] = {
-    "Python": Door(in_python, takes_lateral=True),
-    "FMU, CS": Door(fmu_step, takes_lateral=True),
-    "FMU, ME": Door(fmu_exchange, takes_lateral=True),
-    "kernel file": Door(kernel_file, "gcc", takes_lateral=True),
-    "runs": Door(runs, takes_scenarios=True),
-    "vehicle": Door(vehicle, takes_scenarios=True),
-    "sweeps": Door(sweeps, takes_scenarios=True),
-    "steady states": Door(steady_states),
-    "poles, loops": Door(poles),
-    "slip-away": Door(slip_away),
-    "figures": Door(pictures, takes_scenarios=True),
-    "page": Door(explorer, "browser"),
-    "gym": Door(environment, takes_scenarios=True),
+USES: dict[str, Use] = {
+    "Python": Use(in_python, takes_lateral=True),
+    "FMU, CS": Use(fmu_step, takes_lateral=True),
+    "FMU, ME": Use(fmu_exchange, takes_lateral=True),
+    "kernel file": Use(kernel_file, "gcc", takes_lateral=True),
+    "runs": Use(runs, takes_scenarios=True),
+    "vehicle": Use(vehicle, takes_scenarios=True),
+    "sweeps": Use(sweeps, takes_scenarios=True),
+    "steady states": Use(steady_states),
+    "poles, loops": Use(poles),
+    "slip-away": Use(slip_away),
+    "figures": Use(pictures, takes_scenarios=True),
+    "page": Use(explorer, "browser"),
+    "gym": Use(environment, takes_scenarios=True),
 }
-# Doors of one wheelset that have a part of a run.
+# Uses of one wheelset that have a part of a run.
 HAVE_PART: dict[str, tuple[Callable[..., Any], ...]] = {
     "axle": (poles,),
     "brake": (fmu_step, fmu_exchange),
@@ -592,30 +592,30 @@ NOT_LATERAL = (
 
 
 class Cell(NamedTuple):
-    """What a feature does at a door: a word, and the reason if it is not "right"."""
+    """What a feature does in a use: a word, and the reason if it is not "right"."""
 
     word: str
     reason: str = ""
 
 
-def cell_of(case: Case, door: Door, *tools: ExplorerPage) -> Cell:
-    """Check a feature at a door.
+def cell_of(case: Case, use: Use, *tools: ExplorerPage) -> Cell:
+    """Check a feature in a use.
 
     Raises
     ------
     AssertionError
-        If the two ways of the door differ.
+        If its two ways differ.
     """
-    parts = () if door.takes_scenarios else case.feature.sections
-    if any(door.check not in HAVE_PART.get(part, ()) for part in parts):
+    parts = () if use.takes_scenarios else case.feature.sections
+    if any(use.check not in HAVE_PART.get(part, ()) for part in parts):
         return Cell("-", NOT_OF_A_WHEELSET)
-    if case.feature.lateral and not door.takes_lateral:
+    if case.feature.lateral and not use.takes_lateral:
         return Cell("-", NOT_LATERAL)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("ignore", RangeWarning)
         warnings.simplefilter("always", cl.InputWarning)
         try:
-            difference = door.check(case, *tools)
+            difference = use.check(case, *tools)
         except ValueError as refusal:
             return Cell("refused", case.without_folder(refusal))
     unused = [w.message for w in warned if "makes no use of" in str(w.message)]
@@ -634,13 +634,13 @@ def rounded_up(value: float) -> str:
 
 # ---- the page -----------------------------------------------------------------------------------
 
-PAIRED = (in_python, fmu_exchange, runs)  # doors of two features together
+PAIRED = (in_python, fmu_exchange, runs)  # uses of two features together
 
 
 def pair_of(case: Case) -> Cell:
-    """Check two features together at several doors; the first refusal is that of the pair."""
+    """Check two features together in several uses; the first refusal is that of the pair."""
     for check in PAIRED[: 2 if case.feature.lateral else None]:
-        cell = cell_of(case, Door(check, takes_lateral=True))
+        cell = cell_of(case, Use(check, takes_lateral=True))
         if cell.word != "right":
             return cell
     return Cell("right")

@@ -1,6 +1,6 @@
 /* How an ellipse on a half-space grows softer as its stick area shrinks. */
-#ifndef SOFTENING_H
-#define SOFTENING_H
+#ifndef STIFFNESS_H
+#define STIFFNESS_H
 
 #include "layer_law.h"
 #include "simd_math.h"
@@ -32,7 +32,7 @@ typedef struct {
 ALWAYS_INLINE stiffness_left stiffness_at(double softening, double layer_ratio, double t) {
     const double middle = 0.14; /* layer that does half of that; fitted to half-spaces */
     double end = 1.0 / (1.0 - softening), lam = smaller(layer_ratio, MAX_LAYER);
-    layer_place at = layer_place_at(0, t, 0.0, lam / end);
+    layer_point at = layer_point_at(0, t, 0.0, lam / end);
     double per = 4.0 * at.m * at.s / at.by_t; /* dm/dx */
     double rest = 1.0 / (lam + middle), share = 0.5 * lam * rest, slips = end * at.m;
     double counted = share + (1.0 - share) * slips, by_slips = -softening * (1.0 - share);
@@ -52,7 +52,7 @@ ALWAYS_INLINE void stiffness_with_layer(size_t n, const double *softening, const
         x[i] = larger(size[i], 1e-280) / end;
         lam[i] = smaller(layer_ratio[i], MAX_LAYER) / end;
     }
-    solve_layer_places(n, x, NULL, lam, t);
+    solve_layer_points(n, x, NULL, lam, t);
     for (size_t i = 0; i < n; i++) left[i] = stiffness_at(softening[i], layer_ratio[i], t[i]);
 }
 

@@ -22,8 +22,8 @@ from contactlib.base.text import version
 from contactlib.export import page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import MODEL_NAMES, Description
+from contactlib.export.fmu_page import TITLES, index_page, readable_table
 from contactlib.export.package import fmu
-from contactlib.export.page import TITLES, index_page, readable_table
 from contactlib.files.model import Missing
 
 HTML = "{http://www.w3.org/1999/xhtml}"

@@ -54,7 +54,7 @@ def fragment(name: str, **values: str) -> str:
 
 def index_page(description: Description) -> bytes:
     """documentation/index.html of an FMU: one page in ASCII."""
-    model, kind, pair = description.model, description.kind, description.pair is not None
+    model, kind, bodies = description.model, description.kind, description.bodies is not None
     given = {"Model version": description.version, "author": description.author}
     memory, implicit = description.remembers, description.implicit
     page = fragment(
@@ -74,7 +74,7 @@ def index_page(description: Description) -> bytes:
             exchange=asset("memory_in_exchange.html") if memory else "",
         ),
         signs=asset("signs_creep_forces.html")
-        if pair
+        if bodies
         else fragment("signs.html", sketch=asset("sketch.svg")),
         law="" if kind == "wheelset_body" else _law(description),
         variables=_variable_tables(description.variables),

@@ -1,4 +1,4 @@
-"""Each feature at each door, and each pair of features, is what the guide's page says."""
+"""Each feature in each use, and each pair of features, is what the guide's page says."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
-from doors import DOORS, FEATURES, OF_VEHICLE, Case, Cell, cell_of, pair_of, together
+from uses import FEATURES, OF_VEHICLE, USES, Case, Cell, cell_of, pair_of, together
 
 import contactlib as cl
 from contactlib.laws.friction import EXPONENTIAL
@@ -19,7 +19,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/reference/composition.md"
 def cells_of_page(name: str) -> dict[tuple[str, str], Cell]:
     """Cells of a table of the page, with the reasons below it."""
     text = re.split(r"<!-- (?:\(\w+\)) -->", PAGE.read_text(encoding="utf-8"))
-    part = text[1 if name == "doors" else 3]
+    part = text[1 if name == "uses" else 3]
     reasons = dict(re.findall(r"^(\d+)\. (.*)$", part, re.MULTILINE))
     rows = [[c.strip() for c in line.split("|")[1:-1]] for line in part.split("\n") if "|" in line]
     cells = {}
@@ -41,17 +41,17 @@ def coarse_tables(
 
 
 def marked(name: str) -> tuple[pytest.MarkDecorator, ...]:
-    return (pytest.mark.tools,) if DOORS[name].tools else ()
+    return (pytest.mark.tools,) if USES[name].tools else ()
 
 
-@pytest.mark.parametrize("door", [pytest.param(d, marks=marked(d)) for d in DOORS])
+@pytest.mark.parametrize("use", [pytest.param(d, marks=marked(d)) for d in USES])
 @pytest.mark.parametrize("feature", list(FEATURES))
 def test_feature_at_door(
-    feature: str, door: str, tmp_path: Path, request: pytest.FixtureRequest
+    feature: str, use: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    tools = [request.getfixturevalue("page")] if DOORS[door].tools == "browser" else []
-    cell = cell_of(Case(FEATURES[feature], tmp_path), DOORS[door], *tools)
-    assert cell == cells_of_page("doors")[feature, door]
+    tools = [request.getfixturevalue("page")] if USES[use].tools == "browser" else []
+    cell = cell_of(Case(FEATURES[feature], tmp_path), USES[use], *tools)
+    assert cell == cells_of_page("uses")[feature, use]
 
 
 @pytest.mark.parametrize(("first", "second"), list(combinations(OF_VEHICLE, 2)))
@@ -61,5 +61,5 @@ def test_pair(first: str, second: str, tmp_path: Path) -> None:
 
 
 def test_no_cell_is_silent() -> None:
-    assert cells_of_page("doors").keys() == {(f, d) for f in FEATURES for d in DOORS}
+    assert cells_of_page("uses").keys() == {(f, d) for f in FEATURES for d in USES}
     assert cells_of_page("pairs").keys() == set(combinations(OF_VEHICLE, 2))
