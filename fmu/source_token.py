@@ -12,7 +12,8 @@ FOLDERS = ("kernel", "fmi")
 def source_token() -> str:
     """Digest of the C sources, whatever their line ends."""
     digest = hashlib.sha256()
-    paths = (path for folder in FOLDERS for path in (SOURCES / folder).glob("*.[ch]"))
-    for path in sorted(paths, key=lambda path: path.name):
+    paths = (path for folder in FOLDERS for path in (SOURCES / folder).iterdir())
+    sources = (path for path in paths if path.suffix in (".c", ".h", ".inc"))
+    for path in sorted(sources, key=lambda path: path.name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()[:32]

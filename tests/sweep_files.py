@@ -16,7 +16,7 @@ SCENARIO = """name = "Quick"
 source = "chosen"
 wheelset = "locomotive.toml"
 
-[vehicle_changes.friction]
+[wheelset_changes.friction]
 slip_rate_residual = 0.857
 slip_rate_decay = 0.60
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import platformdirs
 
 PACKAGE = Path(__file__).resolve().parents[1]
+C_SUFFIXES = (".c", ".h", ".inc")  # .inc: included several times, or under macros of the includer
 MAX_BYTES = 2_000_000  # of a file that a user writes: what Python reads in a few seconds
 
 
@@ -21,10 +22,11 @@ def package_folder(name: str) -> Path:
     return inside if inside.is_dir() else PACKAGE.parent / name
 
 
-def c_sources(pattern: str = "*.[ch]") -> list[Path]:
+def c_sources(pattern: str = "*") -> list[Path]:
     """C sources of kernel and FMI shell whose names match, by name."""
     folders = (package_folder("fmu") / name for name in ("kernel", "fmi"))
-    return sorted((p for folder in folders for p in folder.glob(pattern)), key=lambda p: p.name)
+    paths = (path for folder in folders for path in folder.glob(pattern))
+    return sorted((p for p in paths if p.suffix in C_SUFFIXES), key=lambda p: p.name)
 
 
 def read_small(path: Path, limit: int = MAX_BYTES) -> bytes:

@@ -316,8 +316,8 @@ def benchmark(
 
     Its version and seed are part of every output: cite them with a score. All controllers run in
     six scenarios, with 14 sensor errors that they cannot correct, 10 times each; every run has
-    noise and a track of its own, which the seed draws. The score of a run is the mean of limited
-    and adhesion utilisation (see tune), zero if the run fails; that of a controller is the mean
+    noise and a track of its own, which the seed draws. The score of a run is the mean of both
+    utilisations (see tune), zero if the run fails; that of a controller is the mean
     over its runs, "+-" the standard error of this mean, "spread" the standard deviation of the
     runs, and "minimum" the worst run. Slip work and jerk are means over the runs.
     """

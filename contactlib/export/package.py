@@ -19,7 +19,7 @@ import numpy as np
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray, Limits, checked_whole, shown, warn
 from contactlib.base.writing import c_sources
-from contactlib.export import fmi2, fmi3, page
+from contactlib.export import fmi2, fmi3, fmu_page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
 from contactlib.export.platforms import binaries
 from contactlib.files.model import Missing
@@ -213,7 +213,7 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     stop, step = experiment(description)
     sources = _sources(fmi_version)
     compiled = [name for name in sources if name.endswith(".c")]
-    icon = page.icon()
+    icon = fmu_page.icon()
     files: dict[str, bytes] = {}
     if fmi_version == 2:
         files["modelDescription.xml"] = fmi2.model_description(description, compiled, stop, step)
@@ -228,13 +228,13 @@ def fmu(description: Description, fmi_version: int, platforms: Sequence[str] | N
     files["resources/start_values.bin"] = _start_values_file(description)
     files |= {f"resources/{name}": data for name, data in description.resources.items()}
     if "creep_table.bin" in description.resources:
-        files["resources/creep_table.csv"] = page.readable_table(
+        files["resources/creep_table.csv"] = fmu_page.readable_table(
             description.element.table, description.element.layer_ratio
         )
-    files["documentation/index.html"] = page.index_page(description)
-    files["documentation/licenses/license.txt"] = page.licence_text()
+    files["documentation/index.html"] = fmu_page.index_page(description)
+    files["documentation/licenses/license.txt"] = fmu_page.licence_text()
     files["documentation/reference_run.csv"] = reference_run(description)
-    files["documentation/README.txt"] = page.reference_run_text(description, STEPS, step)
+    files["documentation/README.txt"] = fmu_page.reference_run_text(description, STEPS, step)
     return zipped(files)
 
 

@@ -195,12 +195,10 @@ def read_model(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     """Read all sections, so that all mistakes come at once: the model's parts but the wheelset."""
     if "axes" in data:
         raise ValueError(IS_SWEEP)
-    if "vehicle" in data:
-        vehicle = data["vehicle"]
-        name = vehicle.get("wheelset") if isinstance(vehicle, dict) else vehicle
+    if "demand" in data:
         raise ValueError(
-            f"is a scenario, not a model: name its model, {name!r}; contactlib.load_scenario reads "
-            "a scenario and the command 'contactlib simulate' runs it"
+            f"is a scenario, not a model: name its model, {data.get('wheelset')!r}; "
+            "contactlib.load_scenario reads a scenario and 'contactlib simulate' runs it"
         )
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, ["name", "source", *VEHICLE_SECTIONS, "run"], [])

@@ -181,7 +181,7 @@ def file_kind(path: str | os.PathLike[str]) -> Literal["model", "scenario", "swe
         keys = set(parse(model_path(path)))
     if "axes" in keys:
         return "sweep"
-    of_scenario = {"vehicle", "vehicle_changes", "controllers", "demand"}
+    of_scenario = {"vehicle", "wheelset_changes", "controllers", "demand"}
     return "scenario" if keys & of_scenario else "model"
 
 

@@ -60,11 +60,10 @@ from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
-WHEELSET = "wheelset"  # key of [vehicle] that names the model file of its axles
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
 MASS_RATIO = 1.25  # of a train and of that of its resistance, beyond which they are doubted
-NEEDED = ("name", "source", "vehicle", "run", "demand", "controllers")
+NEEDED = ("name", "source", "wheelset", "run", "demand", "controllers")
 CONTINUOUS: Mapping[str, type[ContinuousController]] = {
     "torque_control": TorqueControl,
     "creep_control": CreepControl,
@@ -149,31 +148,26 @@ def _read_design(where: str, section: object) -> ControllerDesign:
 
 
 def vehicle_contents(data: Mapping[str, Any], folder: Path) -> tuple[str, dict[str, Any], Path]:
-    """Read a scenario's vehicle: label for messages, file contents with the changes, and folder.
+    """Read a scenario's wheelset: label for messages, file contents with changes, and folder.
 
     The folder is that of the file that names the law's data: the scenario's if a change does.
     """
-    given = data["vehicle"]
-    if isinstance(given, dict):
-        check_keys("vehicle.", {**given}, [WHEELSET, *declared(Vehicle)], [WHEELSET])
-        name = text(f"vehicle.{WHEELSET}", given[WHEELSET])
-    else:
-        name = text("vehicle", given)
-    changes = subsection("vehicle_changes", data.get("vehicle_changes", {}))
-    check_keys("vehicle_changes.", changes, VEHICLE_SECTIONS, ())
+    name = text("wheelset", data["wheelset"])
+    changes = subsection("wheelset_changes", data.get("wheelset_changes", {}))
+    check_keys("wheelset_changes.", changes, VEHICLE_SECTIONS, ())
     with Mistakes(changes) as mistakes:
         changed = {
             name: mistakes.of(
-                read_section, f"vehicle_changes.{name}", VEHICLE_SECTIONS[name], table, whole=False
+                read_section, f"wheelset_changes.{name}", VEHICLE_SECTIONS[name], table, whole=False
             )
             for name, table in changes.items()
         }
-    label = f"vehicle {name} changed" if changed else f"vehicle {name}"
+    label = f"wheelset {name} changed" if changed else f"wheelset {name}"
     with in_file(label):
-        file = file_beside("vehicle", name, folder, "the scenario")
+        file = file_beside("wheelset", name, folder, "the scenario")
         vehicle = with_condition_file(parse(file), file.parent)
         changed = with_condition_file(changed, folder)
-        if "vehicle" not in vehicle:  # else `build_model` refuses it as a scenario
+        if "demand" not in vehicle:  # else `build_model` refuses it as a scenario
             if "condition" in changed.get("friction", {}):  # it replaces the vehicle's own rails
                 body = subsection("wheelset", vehicle.get("wheelset", {}))
                 vehicle |= {"friction": {}, "wheelset": without(body, *SLOPE)}
@@ -306,7 +300,7 @@ class Scenario(Parameters):
 
     @cached_property
     def on_uniform_friction(self) -> Scenario:
-        """The scenario with its grades and controllers, on the friction of the vehicle's file."""
+        """The scenario with its grades and controllers, on the friction of the wheelset's file."""
         return replace(self, track=self.rails.uniform, controllers=self._designed)
 
     def check_continuous(self, name: str) -> None:
@@ -409,21 +403,18 @@ ABSENT = (
     "wheel_load",
     "held_speed",
 )  # sections that are optional parts of a scenario
-KEYS = ("vehicle_changes", *(key for key in SECTIONS if key not in NEEDED))
+KEYS = ("wheelset_changes", *(key for key in SECTIONS if key not in NEEDED))
 
 
 def read_sections(data: Mapping[str, Any], cache: BuildCache) -> dict[str, Any]:
     """Read all sections, so that all mistakes come at once; None for a section that is absent."""
-    sections: dict[str, Any] = without(data, "vehicle")
-    if isinstance(data.get("vehicle"), dict):
-        sections = {**sections, "vehicle": without(data["vehicle"], WHEELSET)}
     with Mistakes(data) as mistakes:
         for key, read in (("name", title), ("source", text)):
             if key in data:
                 mistakes.of(read, key, data[key])
         return {
-            name: mistakes.of(cache.section, name, keys, sections, MADE.get(name, dict))
-            if name in sections or name not in (*ABSENT, *NEEDED)
+            name: mistakes.of(cache.section, name, keys, data, MADE.get(name, dict))
+            if name in data or name not in (*ABSENT, *NEEDED)
             else None
             for name, keys in SECTIONS.items()
         }
@@ -521,14 +512,14 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
     data = parse(file)
     if "axes" in data:
         raise ValueError(IS_SWEEP)
-    if "vehicle" not in data and "contact" in data:
+    if "demand" not in data and "contact" in data:
         raise ValueError(
             "is a model, not a scenario: contactlib.load_model reads it; a scenario names its "
-            "model file with the key 'vehicle', and 'contactlib new scenario' writes one"
+            "model file with the key 'wheelset', and 'contactlib new scenario' writes one"
         )
     with Mistakes(data) as mistakes:
         mistakes.of(check_keys, "", data, [*NEEDED, *KEYS], NEEDED)
-        if "vehicle" in data:
+        if "wheelset" in data:
             vehicle_source = mistakes.of(vehicle_contents, data, file.parent)
             if vehicle_source:
                 mistakes.of(_check_vehicle, *vehicle_source[:2])
@@ -634,7 +625,7 @@ def _check_plausible_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
             "resistance",
             free or 1.0 / MASS_RATIO < share / mass < MASS_RATIO,
             f"resistance is that of wheelset.mass = {mass:.4g} kg, but each axle of the vehicle "
-            f"and its train moves {share:.4g} kg: give both in vehicle_changes",
+            f"and its train moves {share:.4g} kg: give both in wheelset_changes",
         ),
         (
             "position",

@@ -23,7 +23,7 @@ LOWEST = "the track's lowest friction and slope, of any wheel and time"
 
 
 class Analysis:
-    """A scenario's wheelset at its design speed, on the friction of the vehicle's file (factor 1).
+    """A scenario's wheelset at its design speed, on the friction of the wheelset's file (factor 1).
 
     The torque is the demand of the largest size; the patch has the smallest friction factor that
     the track has under any wheel at any time, and its smallest factor on the slope. Results that

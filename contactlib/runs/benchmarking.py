@@ -5,7 +5,7 @@ has a track of its own, drawn from `RANGES` by a seed, and noise that `tune` has
 controllers meet the same tracks. A torque that is planned in advance, without a sensor, cannot suit
 them all.
 
-The score of a run is the mean of limited and adhesion utilisation, which `tune` maximises as well;
+The score of a run is the mean of both utilisations, which `tune` maximises as well;
 where friction never limits it is the latter, and zero for a run that failed. The score of a
 controller is the mean over all of its runs. Slip work and jerk, and the number of trials in which
 the controller was tuned, stand beside it.
@@ -220,7 +220,7 @@ class Benchmark:
     trials : tuple of int or None
         Number of trials in which each controller was tuned; None if it is not stated.
     outcomes : ndarray
-        Limited and adhesion utilisation [1], slip work [J] and jerk [m/s3] by controller, scenario,
+        Both utilisations [1], slip work [J] and jerk [m/s3] by controller, scenario,
         error and noise: shape (controllers, scenarios, errors, noises, 4). Nan for runs that
         failed; limited utilisation also where friction never limits.
     """

@@ -332,7 +332,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         ),
         "stopping_extension": Outcome(
             "1",
-            "stopping distance / that of the same run on the friction of the vehicle's file - 1",
+            "stopping distance / that of the same run on the friction of the wheelset's file - 1",
             Stop,
             extends="stopping_distance",
             percent=True,
@@ -554,7 +554,7 @@ def comparison_table(
     >>> run = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
     metric                unit     pi  open_loop
-    adhesion utilisation  1      0.93       0.93
+    utilisation           1      0.93       0.93
     limited utilisation   1       0.9        0.9
     largest creepage      1      0.02       0.02
     largest slip speed    m/s     0.2        0.2

@@ -212,7 +212,7 @@ def run_vehicle(
     if scenario.vehicle is None:
         raise ValueError(
             "scenario.vehicle = None: run_scenario runs a wheelset; a vehicle's scenario file has "
-            "[vehicle] with the key wheelset"
+            "[vehicle]"
         )
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)

@@ -131,7 +131,7 @@ def tune(
     The settings of `search_ranges` are searched: those that a controller of your own declares; of a
     shipped controller those of its design, from a quarter of their value to four times.
 
-    The objective is the mean of limited and adhesion utilisation, of all scenarios, of all sensors
+    The objective is the mean of both utilisations, of all scenarios, of all sensors
     of `erring` and sequences of noise. So force that is lost while friction limits counts, and so
     does force that is lost afterwards. On one known track even a torque that reads no sensor can be
     tuned well, so give several, such as some of `benchmark_scenarios`.
@@ -238,7 +238,7 @@ def _outcomes(
 
 
 def counted(limited: FloatArray, used: FloatArray) -> FloatArray:
-    """Limited and adhesion utilisation as a search counts them when it takes their mean.
+    """Both utilisations as a search counts them when it takes their mean.
 
     Where friction never limits, the second counts twice; a run that failed counts as zero.
     """

@@ -304,7 +304,7 @@ class Track:
             `distance` is a descent.
         unit : str, optional
             Whether friction, friction_left and friction_right are factors or kinetic friction
-            coefficients of the rails, which are divided by that of the vehicle's file.
+            coefficients of the rails, which are divided by that of the wheelset's file.
         between : str, optional
             How friction, slope and grade change: ``"linear"`` between the places of `distance`, or
             in ``"steps"``, as in a list of sections: each value holds from its place to the next
@@ -352,7 +352,7 @@ class Track:
 
     @property
     def uniform(self) -> Track:
-        """The track with its grades and speed limits, on the friction of the vehicle's file."""
+        """The track with its grades and speed limits, on the friction of the wheelset's file."""
         return Track(grade=self.grade, speed_limit=self.speed_limit, survey=self.survey)
 
     def in_factors(self, kinetic: float) -> Track:

@@ -97,11 +97,8 @@ function numbersOnly(data: Table): { data: Table; theory: string | undefined; me
 }
 
 function refuseOthers(data: Table): void {
-  const { vehicle } = data, axles = typeof vehicle === "object" ? vehicle as Table : {};
   const [is, command, model] = Object.hasOwn(data, "axes") ? ["a sweep", "sweep", "a wheelset"]
-    : Object.hasOwn(axles, "wheelset")
-    ? ["a scenario of a whole vehicle", "simulate", shown(axles["wheelset"])]
-    : Object.hasOwn(data, "vehicle") ? ["a scenario", "simulate", shown(vehicle)] : [];
+    : Object.hasOwn(data, "demand") ? ["a scenario", "simulate", shown(data["wheelset"])] : [];
   if (is === undefined) return;
   refuse(`the page shows one wheelset, and this is ${is}, which the command 'contactlib ${command}' ` +
     `runs: open the model file of ${model}`);

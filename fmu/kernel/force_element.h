@@ -24,10 +24,9 @@ typedef struct {
     double softening_temperature; /* T_m of the factor 1 - T/T_m on friction [K]; 0 without it */
     double thermal_effusivity;    /* e of both bodies [W s^0.5/(m^2 K)] */
     double elliptic;              /* 1 if the contact is an ellipse, 0 if it is a line */
-    double memory;        /* 1 if the contact remembers what it rolled over, see memory.h; 2 if the
-                             derivatives of its rates hold their paces constant */
-    double body_modulus;  /* E* of Hertz's pressure [Pa]; this and the next for memory */
-    double poisson_ratio; /* of the bodies [1] */
+    double memory; /* 1: the contact remembers what it rolled over; FROZEN_PACES: see memory.h */
+    double body_modulus;           /* E* of Hertz's pressure [Pa]; this and the next for memory */
+    double poisson_ratio;          /* of the bodies [1] */
     double transverse_half_length; /* b of an ellipse at nominal load, or half of a line [m] */
 } force_element_parameters;
 

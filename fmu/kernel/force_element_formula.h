@@ -526,7 +526,7 @@ ALWAYS_INLINE memory_point memory_at(int parts, const force_element_parameters *
     m.size = magnitude_of(parts, m.creepage);
     m.ratio = magnitude_of(parts, force);
     m.slow = m.size < tiny;
-    m.frozen = p->memory > 1.0;
+    m.frozen = p->memory == FROZEN_PACES;
     m.weak = m.ratio < least;
     m.direction[0] = m.ratio > 0.0 ? force[0] / m.ratio : at->x < 0.0 ? -1.0 : 1.0;
     m.direction[1] = m.ratio > 0.0 ? force[1] / m.ratio : 0.0;

@@ -110,6 +110,9 @@ static const double OUTER_STIFFNESS = 0.3774, OUTER_STRENGTH = 0.1567, YIELDING 
  * contact that slides at its strength must not lie on the corner. */
 static const double RELEASE = 1e4, SLACK = 1.05;
 
+/* Value of the parameter memory with which derivatives of the rates hold their paces constant. */
+static const double FROZEN_PACES = 2.0;
+
 ALWAYS_INLINE int remembers(const force_element_parameters *p) { return p->memory != 0.0; }
 
 /* Speed below which the reference speed of the creepage is regularised [m/s]. */

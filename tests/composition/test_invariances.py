@@ -191,10 +191,7 @@ def written(folder: Path, sections: Sections) -> Path:
         lists = {k: track.pop(k) for k in list(track) if isinstance(track[k], list)}
         with (folder / track["map"]).open("w", newline="") as file:
             csv.writer(file).writerows([lists, *zip(*lists.values(), strict=True)])
-    if "vehicle" in sections:
-        sections["vehicle"] = {"wheelset": "wheelset.toml", **sections["vehicle"]}
-    else:
-        text["vehicle"] = "wheelset.toml"
+    text["wheelset"] = "wheelset.toml"
     return write("scenario.toml", sections)
 
 

@@ -147,13 +147,13 @@ class Case:
         contents: dict[str, Any] = {
             "name": "a feature",
             "source": "a test",
-            "vehicle": "vehicle.toml",
+            "wheelset": "vehicle.toml",
             **speed,
             "demand": {"time": [0.2, 0.2], "torque": [sign * 6e3, sign * 16e3]},
             "controllers.open_loop": {"kind": "open_loop"},
             **self.feature.sections,
             **(sections or {}),
-            **{f"vehicle_changes.{section}": keys for section, keys in changes.items()},
+            **{f"wheelset_changes.{section}": keys for section, keys in changes.items()},
         }
         return self.write(name, contents)
 
@@ -369,7 +369,6 @@ def vehicle(case: Case) -> None:
     own = case.wheelset.element.normal_load / STANDARD_GRAVITY
     heights = dict.fromkeys(("body_height", "bogie_height", "pivot_height", "coupler_height"), 0.0)
     axles = {
-        "wheelset": "vehicle.toml",
         "position": [0.0, 3.0, 9.9, 12.9],
         "body_mass": 4.0 * own,
         "bogie_mass": 0.0,

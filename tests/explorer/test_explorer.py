@@ -135,7 +135,7 @@ def test_no_text_of_a_model_ends_its_element(tmp_path: Path) -> None:
         (RIG + '[law]\nkind = "rubber"\n', "law.kind = 'rubber'"),
         (RIG + "[law]\nkind = 5\n", "law.kind = 5"),
         ("law = 5\n" + RIG, "law = 5 must be a section"),
-        ('vehicle = "roller_rig.toml"\n', "is a scenario"),
+        ('wheelset = "roller_rig.toml"\n[demand]\n', "is a scenario"),
         ("[axes]\n", "is a sweep"),
     ],
 )

@@ -11,7 +11,7 @@ from fmu_instance import Subject
 from native_models import with_memory
 
 import contactlib as cl
-from contactlib.export import package, page
+from contactlib.export import fmu_page, package
 
 
 def fitting(model: cl.Model, name: str) -> cl.Model:
@@ -39,7 +39,7 @@ def exported(
     with pytest.MonkeyPatch.context() as patch:  # most of the time is theirs
         patch.setattr(package, "zipped", unpacked)
         patch.setattr(package, "reference_run", lambda description: b"")
-        patch.setattr(page, "index_page", lambda description: b"")
-        patch.setattr(page, "readable_table", lambda table, layer_ratio: b"")
+        patch.setattr(fmu_page, "index_page", lambda description: b"")
+        patch.setattr(fmu_page, "readable_table", lambda table, layer_ratio: b"")
         cl.export_fmu(fitting(model, name), place / "x.fmu", **arguments)
     return place / "unpacked"

@@ -19,7 +19,7 @@ from native_models import with_memory
 
 import contactlib as cl
 from contactlib.base.text import version
-from contactlib.export import page as documentation
+from contactlib.export import fmu_page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import MODEL_NAMES, Description
 from contactlib.export.fmu_page import TITLES, index_page, readable_table

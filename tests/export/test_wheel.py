@@ -151,7 +151,7 @@ def test_its_modules_are_those_of_the_package(wheel: Wheel) -> None:
 
 def test_its_other_files_are_those_of_the_tree(wheel: Wheel) -> None:
     kinds = {
-        "fmu": (".c", ".h", ".md", ".py"),
+        "fmu": (".c", ".h", ".inc", ".md", ".py"),
         "models": (".toml", ".csv", ".png", ".md"),
         "table/data": (".bin",),
         "files/templates": (".toml",),

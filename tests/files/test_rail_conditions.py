@@ -216,7 +216,7 @@ def test_nothing_is_stated_where_a_track_gives_all(tmp_path: Path) -> None:
 
 
 def test_the_slope_of_polachs_rails_is_that_of_his_reductions(tmp_path: Path) -> None:
-    changes = 'condition = "dry"\n\n[vehicle_changes.law]\nkind = "polach"'
+    changes = 'condition = "dry"\n\n[wheelset_changes.law]\nkind = "polach"'
     with pytest.warns(cl.InputWarning, match="slip_rate_decay"):
         rails = scenario(
             tmp_path, PATCH + 'condition = ["dry", "wet", "wet", "dry"]', changes
@@ -249,12 +249,12 @@ def test_mistakes_of_a_track_are_named(track: str, message: str, tmp_path: Path)
 
 def test_laws_that_a_condition_cannot_change_are_refused(tmp_path: Path) -> None:
     track = PATCH + 'condition = ["wet", "eurosprinter_heat", "wet", "wet"]'
-    polachs = 'condition = "wet"\n\n[vehicle_changes.law]\nkind = "polach"'
+    polachs = 'condition = "wet"\n\n[wheelset_changes.law]\nkind = "polach"'
     with pytest.raises(
         cl.ModelError, match=r"'eurosprinter_heat' needs another law\.kind: its source"
     ):
         scenario(tmp_path, track, polachs)
-    measured = '\n[vehicle_changes.law]\nkind = "measured"\nfile = "eurosprinter_engel1998.csv"'
+    measured = '\n[wheelset_changes.law]\nkind = "measured"\nfile = "eurosprinter_engel1998.csv"'
     with pytest.raises(cl.ModelError, match=r"'wet' needs another law\.kind: a measured curve"):
         scenario(tmp_path, track, measured)
 

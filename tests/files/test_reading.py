@@ -207,7 +207,7 @@ def test_long_profile_is_read(tmp_path: Path) -> None:
     contents = tomllib.loads((MODELS / "dry_wet_dry.toml").read_text(encoding="utf-8"))
     places = [float(i) for i in range(20_000)]
     contents["track"] = {"distance": places, "friction": [1.0] * len(places)}
-    contents["vehicle"] = "locomotive.toml"
+    contents["wheelset"] = "locomotive.toml"
     path = tmp_path / "long.toml"
     path.write_text(toml_file(contents), encoding="utf-8")
     assert refusal("scenario", path) is None

@@ -21,7 +21,7 @@ from contactlib.traction import OpenLoop, Sensors
 from contactlib.vehicle import Axle, Drivetrain, Motor, WheelLoad
 
 MODELS = package_folder("models")
-SHIPPED = sorted(p.stem for p in MODELS.glob("*.toml") if "vehicle" in tomllib.loads(p.read_text()))
+SHIPPED = sorted(p.stem for p in MODELS.glob("*.toml") if "demand" in tomllib.loads(p.read_text()))
 WET = 0.30 / 0.55  # Polach 2005
 
 
@@ -200,11 +200,11 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         frequency = [0.5, "10 Hz"]
         density = [0.02, 0.0]
         seed = 7
-        [vehicle_changes.contact]
+        [wheelset_changes.contact]
         memory = true
-        [vehicle_changes.friction]
+        [wheelset_changes.friction]
         static = 0.5
-        [vehicle_changes.wheelset]
+        [wheelset_changes.wheelset]
         mass = "22.5 t"
     """
     scenario = cl.load_scenario(write(tmp_path, TEXT + more))
@@ -294,8 +294,8 @@ def test_each_reader_names_the_other() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ('vehicle = "x.toml"', True),
-        ("[vehicle_changes]", True),
+        ("[vehicle]", True),
+        ("[wheelset_changes]", True),
         ("[controllers.pi]", True),
         ("[demand]", True),
         ("[contact]", False),
@@ -316,18 +316,18 @@ def test_each_key_that_only_scenarios_have_makes_one(
 
 # Sections that stand before [demand], each with a mistake.
 ADDED = [
-    ("[vehicle_changes]\nname = 3", r"vehicle_changes\.name is not a kn"),
+    ("[wheelset_changes]\nname = 3", r"wheelset_changes\.name is not a kn"),
     (
-        "[vehicle_changes.friction]\nslip_rat_decay = 3",
-        r"vehicle_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
+        "[wheelset_changes.friction]\nslip_rat_decay = 3",
+        r"wheelset_changes\.friction\.slip_rat_decay is not .*mean 'slip_rate_decay'",
     ),
     (
-        "[vehicle_changes.friction]\nstatic = 0.1",
-        r"vehicle locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
+        "[wheelset_changes.friction]\nstatic = 0.1",
+        r"wheelset locomotive\.toml changed: friction\.static = 0\.1 .*>= kinetic",
     ),
     ("[held_speed]\ntime=[0.0]\nspeed=[1.0]", r"held_speed needs .*rig"),
     ("[axle]", r"axle\.stiffness is missing"),
-    ("[vehicle_changes.contact]\nmemory = 1", r"contact\.memory = 1 "),
+    ("[wheelset_changes.contact]\nmemory = 1", r"contact\.memory = 1 "),
     ("[contact_relaxation]\nlength = 1", r"contact_relaxation is not a known"),
     ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, grade, speed_limit"),
     (
@@ -351,11 +351,11 @@ ADDED = [
         *(("[demand]", f"{section}\n[demand]", message) for section, message in ADDED),
         ("[demand]", "[demnd]", r"demnd is not a known key; did you mean 'demand'"),
         ('source = "y"', "", r"source is missing"),
-        ('vehicle = "locomotive.toml"', "", r"vehicle is missing"),
-        ('"locomotive.toml"', "3", r"vehicle = 3 must be a string"),
-        ("locomotive.toml", "no.toml", r"vehicle no\.toml: no such file, neither beside"),
-        ("locomotive.toml", "../x.toml", r"vehicle must lie beside the scenario or below"),
-        ("locomotive.toml", "torsion.toml", r"vehicle torsion\.toml: is a scenario"),
+        ('wheelset = "locomotive.toml"', 'vehicle = "locomotive.toml"', r"wheelset is missing"),
+        ('"locomotive.toml"', "3", r"wheelset = 3 must be a string"),
+        ("locomotive.toml", "no.toml", r"wheelset no\.toml: no such file, neither beside"),
+        ("locomotive.toml", "../x.toml", r"wheelset must lie beside the scenario or below"),
+        ("locomotive.toml", "torsion.toml", r"wheelset torsion\.toml: is a scenario"),
         ('initial_speed = "36 km/h"', "", r"run\.initial_speed and held_speed: give one"),
         (
             '"36 km/h"',
@@ -449,7 +449,7 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
     path = tmp_path / "mine.toml"
     path.write_text(
         text.replace(
-            "[vehicle_changes.friction]", "[vehicle_changes.friction]\nstatic = 4.5"
+            "[wheelset_changes.friction]", "[wheelset_changes.friction]\nstatic = 4.5"
         ).replace('lag = "10 ms"', "lag = 10")
     )
     with warnings.catch_warnings(record=True) as caught:
@@ -457,7 +457,7 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
         warnings.simplefilter("ignore", ProcessZoneWarning)
         cl.load_scenario(path)
     keys = [str(w.message).partition("mine.toml: ")[2].partition(" is ")[0] for w in caught]
-    assert keys == ["vehicle_changes.friction.static = 4.5", "motor.lag = 10 s"]
+    assert keys == ["wheelset_changes.friction.static = 4.5", "motor.lag = 10 s"]
 
 
 @pytest.mark.parametrize(
@@ -468,11 +468,11 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
         ("wheelset]\nmass = 3e5", r"resistance is that of .*mass = 3e\+05 kg, .* 1\.425e\+05 kg"),
         ("wheelset]\n[motor]\ntrip_speed = 9", r"trip_speed = 9 m/s trips at the initial speed"),
         (
-            "wheelset]\nwheels = 1\n[vehicle_changes.contact]\nnormal_load = 220.65e3",
+            "wheelset]\nwheels = 1\n[wheelset_changes.contact]\nnormal_load = 220.65e3",
             r"wheelset\.wheels = 1: each axle of a vehicle has 2",
         ),
         (
-            "wheelset]\nradius = 1.6\n[vehicle_changes.contact]\nradius_x = 1.6",
+            "wheelset]\nradius = 1.6\n[wheelset_changes.contact]\nradius_x = 1.6",
             r"axles 3 m apart: wheels of wheelset\.radius = 1\.6 m overlap",
         ),
     ],
@@ -481,10 +481,10 @@ def test_numbers_that_physics_ties_together_are_compared(
     tmp_path: Path, change: str, doubt: str
 ) -> None:
     text = (MODELS / "four_axles.toml").read_text()
-    for section in ("[vehicle_changes.contact]\nmemory = true\n", '[motor]\nlag = "10 ms"\n'):
+    for section in ("[wheelset_changes.contact]\nmemory = true\n", '[motor]\nlag = "10 ms"\n'):
         text = text.replace(section, "")
     with pytest.warns(cl.InputWarning, match=doubt):
-        cl.load_scenario(write(tmp_path, f"{text}[vehicle_changes.{change}\n"))
+        cl.load_scenario(write(tmp_path, f"{text}[wheelset_changes.{change}\n"))
 
 
 def test_all_mistakes_of_scenario_and_vehicle_come_at_once(tmp_path: Path) -> None:
@@ -502,13 +502,13 @@ def test_all_mistakes_of_scenario_and_vehicle_come_at_once(tmp_path: Path) -> No
     ]
     assert sorted(heads) == sorted(
         [
-            "vehicle loco.toml: friction.static",
-            "vehicle loco.toml: wheelset.mas",
+            "wheelset loco.toml: friction.static",
+            "wheelset loco.toml: wheelset.mas",
             "run.duration",
             "demand.time",
             "controllers.first.kind",
             "motr",
         ]
     )
-    assert heads[:2] == ["vehicle loco.toml: friction.static", "vehicle loco.toml: wheelset.mas"]
+    assert heads[:2] == ["wheelset loco.toml: friction.static", "wheelset loco.toml: wheelset.mas"]
     assert heads[-1] == "motr"

@@ -31,7 +31,7 @@ def kind_of(path: Path) -> str:
     if path.suffix == ".csv":
         return "csv"
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    return "sweep" if "axes" in data else "scenario" if "vehicle" in data else "model"
+    return "sweep" if "axes" in data else "scenario" if "demand" in data else "model"
 
 
 def refusal(kind: str, path: Path) -> str | None:

@@ -35,7 +35,7 @@ RIG, SCENARIO, SWEEP, CURVE = (
 # Readers of files that name another one, and a text that names "secret".
 READERS: dict[str, tuple[Callable[[Path], object], str]] = {
     "model": (cl.load_model, f"{RIG}\n[law]\nkind = 'measured'\nfile = NAME\n"),
-    "scenario": (cl.load_scenario, re.sub('vehicle = ".*"', "vehicle = NAME", SCENARIO)),
+    "scenario": (cl.load_scenario, re.sub('wheelset = ".*"', "wheelset = NAME", SCENARIO)),
     "sweep": (cl.load_sweep, re.sub('scenario = ".*"', "scenario = NAME", SWEEP)),
 }
 

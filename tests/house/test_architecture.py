@@ -108,7 +108,7 @@ def test_code_is_ascii() -> None:
     parts = [PACKAGE, package_folder("fmu"), package_folder("models")]
     folders = [*parts, tests, *map(tests.with_name, ("docs", "explorer", "tools"))]
     for folder in folders:
-        paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".c", ".h", ".toml"}]
+        paths = [p for p in folder.rglob("*") if p.suffix in {".py", ".c", ".h", ".inc", ".toml"}]
         assert paths
         for path in paths:
             path.read_text(encoding="ascii")

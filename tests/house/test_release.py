@@ -22,7 +22,7 @@ def test_newest_changes_are_those_of_this_version() -> None:
 
 
 def test_the_version_stands_in_one_place() -> None:
-    kinds = {".py", ".md", ".c", ".h", ".cff", ".toml", ".txt"}
+    kinds = {".py", ".md", ".c", ".h", ".inc", ".cff", ".toml", ".txt"}
     allowed = {Path("pyproject.toml"), Path("CHANGELOG.md")}
     quoted = re.compile(rf"(?<![\d.]){re.escape(PROJECT['version'])}(?![\d.])")
     inside = (path for name in FOLDERS for path in (ROOT / name).rglob("*"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tree import FOLDERS, ROOT
 
-KINDS = {".c", ".h", ".html", ".md", ".mo", ".py", ".toml", ".ts"}
+KINDS = {".c", ".h", ".html", ".inc", ".md", ".mo", ".py", ".toml", ".ts"}
 PATTERNS = {  # and what to write
     r"\b(MOST|LEAST)_[A-Z]": "MAX_, MIN_",
     r"(?i)\bmost bytes\b": "file size limit",

@@ -78,7 +78,7 @@ def lines_not_run(folder: Path) -> list[str]:
         for file in json.loads(unit)["files"]:
             for line in file["lines"]:
                 counts.update({(Path(file["file"]).name, line["line_number"]): line["count"]})
-    texts = {path.name: path.read_text().splitlines() for path in c_sources("*.[ch]")}
+    texts = {path.name: path.read_text().splitlines() for path in c_sources()}
     return [
         f"{name}: {texts[name][number - 1].strip()}"
         for (name, number), count in sorted(counts.items())

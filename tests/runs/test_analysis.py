@@ -61,7 +61,7 @@ def test_the_patch_has_the_slope_of_the_track() -> None:
     assert outcomes["critical_torque"] == good
 
 
-DAMPING = "\n[vehicle_changes.wheelset]\ndamping = {}\n"
+DAMPING = "\n[wheelset_changes.wheelset]\ndamping = {}\n"
 
 
 @pytest.mark.parametrize("damping", [0.0, 20.0, 100.0])

@@ -278,7 +278,7 @@ def test_sampled_control_holds_the_falling_branch_as_far_as_predicted(
 SHIPPED = [
     (path.name, controller)
     for path in sorted(cl.files.model_path("dry_wet_dry.toml").parent.glob("*.toml"))
-    if "vehicle" in (read := tomllib.loads(path.read_text()))
+    if "demand" in (read := tomllib.loads(path.read_text()))
     for controller in read["controllers"]
 ]
 

@@ -65,7 +65,7 @@ class Target:
     Attributes
     ----------
     path : str
-        Section and key as in the sweep file; paths into the vehicle's file begin with ``vehicle``.
+        Section and key as in the sweep file; paths into the wheelset's file begin with ``vehicle``.
     section : tuple of str
         ``vehicle``, ``controllers`` or, for the scenario, nothing; and the section there.
     key : str
@@ -177,8 +177,8 @@ def _section(
             raise _unknown(path, name, controllers)
         table = subsection(f"controllers.{name}", controllers[name])
         return KINDS[text(f"controllers.{name}.kind", table.get("kind"))], table
-    if not where and name.split(".")[0] == "vehicle_changes":
-        meant = path.replace("vehicle_changes", "vehicle", 1)
+    if not where and name.split(".")[0] == "wheelset_changes":
+        meant = path.replace("wheelset_changes", "vehicle", 1)
         raise ValueError(f"{path}: use {meant}, which includes the scenario's changes")
     known = VEHICLE_SECTIONS if where else SECTIONS
     if name not in known:

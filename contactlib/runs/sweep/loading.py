@@ -143,9 +143,9 @@ def load_sweep(
 def _build_sweep(
     data: Mapping[str, Any], content: str, file: Path, progress: Callable[[float], object]
 ) -> Sweep:
-    if "axes" not in data and {"vehicle", "contact"} & set(data):
+    if "axes" not in data and {"demand", "contact"} & set(data):
         what = "model"
-        if "vehicle" in data:
+        if "demand" in data:
             what = "scenario, which the command 'contactlib simulate' runs"
         raise ValueError(
             f"is a {what}; a sweep names a scenario and the axes along which it varies"

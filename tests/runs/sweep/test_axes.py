@@ -86,7 +86,7 @@ CASES = {
     'parameter = "motor.lag"\ndistribution = "uniform"\nfrom = 0.0\nto = 1.0': (
         "distribution is for random samples, and this sweep is of a grid"
     ),
-    'parameter = "vehicle_changes.wheelset.inertia"\nvalues = [1.0]': (
+    'parameter = "wheelset_changes.wheelset.inertia"\nvalues = [1.0]': (
         "use vehicle.wheelset.inertia"
     ),
     'parameter = ["motor.lag", "run.initial_speed"]\nvalues = [1.0]': "different units",

@@ -288,7 +288,7 @@ def test_any_change_of_what_is_run_is_another_plan(tmp_path: Path) -> None:
         *((f"{line}\n{SWEEP}", SCENARIO) for line in ("redesign = true", "tolerance = 1e-7")),
         *((f"{line}\n{SWEEP}", SCENARIO) for line in ('noise = "independent"', 'step = "1 ms"')),
         (SWEEP, SCENARIO.replace("duration = 0.6", "duration = 0.7")),
-        (SWEEP, SCENARIO + "\n[vehicle_changes.wheelset]\ndamping = 6.0\n"),
+        (SWEEP, SCENARIO + "\n[wheelset_changes.wheelset]\ndamping = 6.0\n"),
         (SWEEP, SCENARIO + "recovery_time = 0.3\n"),
     ]
     known = digest()

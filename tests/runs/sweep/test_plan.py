@@ -21,9 +21,8 @@ from contactlib.runs import Sweep
 
 
 def test_laws_get_the_tables_that_they_need(tmp_path: Path) -> None:
-    law = (
-        '\n[vehicle_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\nslip_reduction = 0.4\n'
-    )
+    law = '\n[wheelset_changes.law]\nkind = "polach"\nadhesion_reduction = 1.0\n'
+    law += "slip_reduction = 0.4\n"
     contact = 'radius = "500 mm"\nsemi_width = "5 mm"', "semi_axis_x = 6e-3\nsemi_axis_y = 8e-3"
     vehicle = (package_folder("models") / "locomotive.toml").read_text().replace(*contact)
     (tmp_path / "ellipse.toml").write_text(vehicle)
