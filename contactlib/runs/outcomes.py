@@ -553,18 +553,18 @@ def comparison_table(
     --------
     >>> run = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
     >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
-    metric                unit     pi  open_loop
-    utilisation           1      0.93       0.93
-    limited utilisation   1       0.9        0.9
-    largest creepage      1      0.02       0.02
-    largest slip speed    m/s     0.2        0.2
-    recovery time         s       0.1      never
-    slip work             J     30000      30000
-    slip share            1     0.013      0.013
-    jerk                  m/s3    1.5        1.5
-    torsional peak        N.m       -          -
-    distance              m       120        120
-    energy defect         1     1e-09      1e-09
+    metric               unit     pi  open_loop
+    utilisation          1      0.93       0.93
+    limited utilisation  1       0.9        0.9
+    largest creepage     1      0.02       0.02
+    largest slip speed   m/s     0.2        0.2
+    recovery time        s       0.1      never
+    slip work            J     30000      30000
+    slip share           1     0.013      0.013
+    jerk                 m/s3    1.5        1.5
+    torsional peak       N.m       -          -
+    distance             m       120        120
+    energy defect        1     1e-09      1e-09
     - torsional peak: rigid axle
     """
     rows = [["metric", "unit", *metrics]]

@@ -123,7 +123,7 @@ def motion(
     scale = {"speed": at.speed, "distance": at.speed * abs(horizon)}
     scale |= {"held_force": held, "unslipped": 1.0, "outer_force": held}
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
-    scale |= dict.fromkeys(("memory", *works), math.inf)  # they do not matter
+    scale |= dict.fromkeys(("integral_torque", *works), math.inf)  # they do not matter
     return kernel.run_wheelset(
         Drivetrain(wheelset).native,
         TorqueControl(Profile.of(drive_torque)).native,

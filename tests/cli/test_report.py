@@ -332,7 +332,7 @@ def test_tune_reports_what_it_maximises_above_a_table_with_headings(short: Path)
     assert lines[1] == "The search tried 60 settings of each controller, for the largest mean of"
     for line, name in zip(lines[2:4], tuning.OBJECTIVE, strict=True):
         assert line == f"- {name.replace('_', ' ')}: {OUTCOMES[name].description}"
-    assert lines[5].split() == ["limited", "utilisation", "adhesion", "utilisation"]
+    assert lines[5].split() == ["limited", "utilisation", "utilisation"]
     assert lines[6].split() == ["controller", "scenario", *["designed", "tuned"] * 2]
     assert lines[7].split()[:4] == ["cut", "Short", "wet", "stretch"]
     assert len(lines[7].split()) == 4 + 4

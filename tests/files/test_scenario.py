@@ -351,7 +351,7 @@ ADDED = [
         *(("[demand]", f"{section}\n[demand]", message) for section, message in ADDED),
         ("[demand]", "[demnd]", r"demnd is not a known key; did you mean 'demand'"),
         ('source = "y"', "", r"source is missing"),
-        ('wheelset = "locomotive.toml"', 'vehicle = "locomotive.toml"', r"wheelset is missing"),
+        ('wheelset = "locomotive.toml"', "", r"wheelset is missing"),
         ('"locomotive.toml"', "3", r"wheelset = 3 must be a string"),
         ("locomotive.toml", "no.toml", r"wheelset no\.toml: no such file, neither beside"),
         ("locomotive.toml", "../x.toml", r"wheelset must lie beside the scenario or below"),

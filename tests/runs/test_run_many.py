@@ -237,7 +237,7 @@ def test_an_answer_of_a_controller_of_many_is_checked(scenarios: list[cl.Scenari
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"outcomes": ["speed"]}, r"outcome = 'speed' must be one of: adhesion"),
+        ({"outcomes": ["speed"]}, r"outcome = 'speed' must be one of: utilisation"),
         ({"controller": "pid"}, r"controller = 'pid' must be one of the scenario's"),
         ({"tolerance": 1.0}, r"tolerance = 1.0 is out of range"),
         ({"metrics": [len]}, "metrics must be functions by"),
