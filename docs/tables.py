@@ -31,6 +31,7 @@ from contactlib.files.reading import shipped_files
 from contactlib.files.scenario import CONTINUOUS, KINDS
 from contactlib.files.scenario import SECTIONS as OF_SCENARIO
 from contactlib.files.sections import LAWS, VEHICLE_SECTIONS, Keys
+from contactlib.runs.signals import OF_TRACKS, OF_VEHICLES, SIDES, SIGNALS, of_contacts
 from contactlib.runs.sweep.axes import WAYS, AxisKeys
 from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
 from contactlib.runs.sweep.sampling import ANY, draw
@@ -197,6 +198,17 @@ def outcomes(of: str) -> str:
     return table(("outcome", "unit", "meaning"), rows)
 
 
+def signals(of: str) -> str:
+    """Signals of every run, or those of the contact."""
+    known = of_contacts() if of == "contacts" else SIGNALS | OF_VEHICLES | OF_TRACKS
+    both = "".join(f", `_{side}`" for side in SIDES)
+    rows = [
+        (f"`{name}`{both if one.sides else ''}", one.unit, one.description)
+        for name, one in known.items()
+    ]
+    return table(("signal", "unit", "meaning"), rows)
+
+
 CAUSALITIES: dict[str, Callable[[Any], bool]] = {
     "Inputs": lambda v: v.causality == "input",
     "Outputs": lambda v: v.causality == "output",
@@ -271,7 +283,8 @@ def added(what: str) -> str:
 # ---- pages ----------------------------------------------------------------------------------
 
 TABLES: Mapping[str, Callable[..., str]] = {
-    one.__name__: one for one in (added, controllers, keys, laws, outcomes, shipped, variables)
+    one.__name__: one
+    for one in (added, controllers, keys, laws, outcomes, shipped, signals, variables)
 }
 PLACE = re.compile(r"<!-- (\w+) ?([^>]*?) -->\n.*?<!-- end -->", re.DOTALL)
 

@@ -111,7 +111,7 @@ int train_advance(train *t, drivetrain_input *input, drivetrain_state *state, do
 
 void train_evaluate(const train *t, const drivetrain_input *input, const drivetrain_state *state,
                     drivetrain_output *output) {
-    drivetrains_evaluate_one_lane(&t->member, 1, 1, input, state, output);
+    drivetrains_evaluate_one_lane(&t->member, 1, 1, input, state, output, NULL);
 }
 
 /* Move on from a row under held inputs, whose reference is the torque, until the creepage passes

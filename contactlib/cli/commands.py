@@ -70,6 +70,13 @@ def demo(output: Path) -> None:
 )
 @drawing_options
 @click.option(
+    "--signal",
+    "signals",
+    metavar="NAME",
+    multiple=True,
+    help="More columns of the time series, such as k_hat or contact_temperature_left. Repeatable.",
+)
+@click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
@@ -82,6 +89,7 @@ def simulate(
     compare: bool,
     seed: int | None,
     over: str,
+    signals: tuple[str, ...],
     output: Path | None,
     formats: tuple[str, ...],
 ) -> None:
@@ -107,7 +115,7 @@ def simulate(
         raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
     names = names if compare else [control or names[0]]
     folder = output or Path(f"contactlib-{Path(scenario).stem}")
-    write_report(loaded, names, folder, ConsoleReporter(), formats, over)
+    write_report(loaded, names, folder, ConsoleReporter(), formats, over, signals)
     print_line(f"Metrics, time series and figures are in {folder}")
 
 

@@ -62,6 +62,7 @@ def write_report(
     reporter: Reporter,
     formats: Sequence[str] = ("png", "svg"),
     over: str = "time",
+    signals: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -82,6 +83,8 @@ def write_report(
         Formats of the figures, each one of matplotlib's.
     over : str, optional
         Axis of the figures: "time" or "distance".
+    signals : sequence of str, optional
+        More signals of the contact, as for `run_scenario`, which the CSV files get.
 
     Returns
     -------
@@ -102,7 +105,7 @@ def write_report(
     for name in names:
         with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
             run = run_scenario if scenario.vehicle is None else run_vehicle
-            results[name] = run(scenario, name, progress=progress)
+            results[name] = run(scenario, name, signals=signals, progress=progress)
         for event in results[name].events if scenario.vehicle is None else ():
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "

@@ -161,12 +161,21 @@ class NativeFleet:
         members, size = self.members, self.size
 
         def set_outputs(place: int) -> None:
-            evaluate(members, size, 1, row + place * size, state, output)
+            evaluate(members, size, 1, row + place * size, state, output, ffi.NULL)
 
         return set_outputs
 
-    def evaluate(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> NDArray[np.void]:
-        """Output records of input and state records, both of shape (..., n)."""
+    def evaluate(
+        self,
+        inputs: NDArray[np.void],
+        states: NDArray[np.void],
+        contacts: NDArray[np.void] | None = None,
+    ) -> NDArray[np.void]:
+        """Output records of input and state records, both of shape (..., n).
+
+        `contacts`, of shape (..., n, 2), takes the outputs of the left and the right wheel's
+        contact, whose forces are those of both wheels under twice the load.
+        """
         inputs, states = np.ascontiguousarray(inputs), np.ascontiguousarray(states)
         outputs = np.empty(states.shape, dtype=drivetrain_dtype("output"))
         library().drivetrains_evaluate(
@@ -176,6 +185,7 @@ class NativeFleet:
             pointer(inputs, "drivetrain_input"),
             pointer(states, "drivetrain_state"),
             pointer(outputs, "drivetrain_output"),
+            ffi.NULL if contacts is None else pointer(contacts, "force_element_output"),
         )
         return outputs
 

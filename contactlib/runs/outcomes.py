@@ -36,7 +36,8 @@ from contactlib.runs.accumulators import (
     Rows,
     Stop,
 )
-from contactlib.runs.result import WORKS, Result
+from contactlib.runs.result import Result
+from contactlib.runs.signals import WORKS
 from contactlib.runs.vehicle_runs import VehicleResult
 from contactlib.vehicle.drivetrain import Drivetrain
 

@@ -33,8 +33,8 @@ from contactlib.base.quantities import (
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
-from contactlib.runs.derived_columns import UNITS, Block
 from contactlib.runs.initial_state import start
+from contactlib.runs.signals import OF_TRACKS, UNITS, Block, checked_signals, of_contacts, units
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.batching import Copies
 from contactlib.traction.interface import STRONGEST, Controller
@@ -535,7 +535,7 @@ class Plant:
     @property
     def units(self) -> Mapping[str, str]:
         """Units of the signals; there is a speed limit if a track has one."""
-        return {**self._units, **({"speed_limit": "m/s"} if self.has_limits else {})}
+        return {**self._units, **(units(OF_TRACKS) if self.has_limits else {})}
 
     @property
     def time(self) -> float:
@@ -545,7 +545,10 @@ class Plant:
     def __getitem__(self, name: str) -> Any:
         """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
         if name not in self.units:
-            raise KeyError(f"{name!r} is not a signal: known are {', '.join(self.units)}")
+            known = {**self.units, **units(of_contacts())}
+            if name not in known:
+                raise KeyError(f"{name!r} is not a signal: known are {', '.join(known)}")
+            checked_signals([name], [train.wheelset.element for train in self.trains])
         values = self.now()[name][0]
         return float(values[0]) if self._single else np.array(values)
 

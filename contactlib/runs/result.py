@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,46 +15,12 @@ from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.text import known_names
 from contactlib.base.writing import write_whole
+from contactlib.runs.signals import long_name
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-WORKS = ("drive_work", "creep_work", "resistance_work", "loss_work")
-WORK_UNITS = {"distance": "m", **dict.fromkeys((*WORKS, "stored_energy", "energy_defect"), "J")}
-LONG_NAMES = {  # of the signals of all kinds of runs; _left and _right are of that wheel
-    "time": "time",
-    "demand": "torque that the driver demands",
-    "commanded_torque": "torque that the drive is commanded",
-    "drive_torque": "drive torque on the axle",
-    "axle_torque": "torque that twists the axle",
-    "reference": "reference of the controller",
-    "omega": "angular velocity",
-    "speed": "vehicle speed",
-    "speed_limit": "speed from which the driver demands no traction",
-    "measured_speed": "vehicle speed that the controllers get",
-    "acceleration": "vehicle acceleration",
-    "slip_velocity": "rim speed less vehicle speed",
-    "creepage": "longitudinal creepage",
-    "normalized_creepage": "creepage over saturation creepage",
-    "traction_coefficient": "creep force over normal load",
-    "creep_force": "creep force",
-    "available_force": "largest creep force that friction allows",
-    "normal_load": "normal load",
-    "friction_scale": "factor on friction",
-    "slope_scale": "factor on the initial slope of the creep force",
-    "grade": "rise of the track over distance, beside the vehicle's own",
-    "resistance_force": "resistance force beside the vehicle's own",
-    "falling_branch": "1 where the creep force falls with creepage, else 0",
-    "brake_torque": "torque of the brake against the rotation",
-    "distance": "distance travelled",
-    "drive_work": "work of the drive",
-    "creep_work": "work that friction turns into heat",
-    "resistance_work": "work of the resistance, or of a rig that holds the speed",
-    "loss_work": "work of the damping",
-    "stored_energy": "kinetic energy, and that of the twisted axle",
-    "energy_defect": "error of the energy balance",
-}
 PEAK_PASSED, SLIP_AWAY, STANDSTILL = "peak_passed", "slip_away", "standstill"
 
 
@@ -163,28 +129,8 @@ class Result:
         xarray = optional_library("xarray")
 
         def variable(name: str, values: FloatArray, unit: str) -> tuple[str, FloatArray, Any]:
-            return "time", values, {"units": unit, "long_name": _long_name(name)}
+            return "time", values, {"units": unit, "long_name": long_name(name)}
 
         data = {name: variable(name, y, self.units[name]) for name, y in self.signals.items()}
         made: Dataset = xarray.Dataset(data, coords={"time": variable("time", self.time, "s")})
         return made
-
-
-def _long_name(name: str) -> str:
-    both, _, side = name.rpartition("_")
-    if side in ("left", "right"):
-        return f"{LONG_NAMES.get(both, both)}, {side} wheel"
-    return LONG_NAMES.get(name, name.replace("_", " "))
-
-
-class Signals(Protocol):
-    """Signals by name."""
-
-    def __getitem__(self, name: str, /) -> FloatArray:
-        """Return one signal."""
-
-
-def energy_defect(signals: Signals, stored_at_start: FloatArray) -> FloatArray:
-    """Error of the energy balance: drive work - change of stored energy - other works [J]."""
-    drive, *others = (signals[name] for name in WORKS)
-    return np.asarray(drive - (signals["stored_energy"] - stored_at_start) - sum(others))

@@ -23,10 +23,10 @@ from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
 from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
 from contactlib.runs.damage import warn_of_damage
-from contactlib.runs.derived_columns import UNITS, Block
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
+from contactlib.runs.signals import UNITS, Block, checked_signals
 from contactlib.runs.simulation import simulate
 from contactlib.runs.vehicle_runs import VehicleResult, VehicleRuns
 from contactlib.traction import stacked, structure
@@ -72,6 +72,7 @@ def run_scenario(
     initial_creepage: float | None = None,
     index: int = 0,
     step: float | None = None,
+    signals: Collection[str] = (),
     tolerance: float | None = None,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
@@ -94,6 +95,10 @@ def run_scenario(
         fraction of the sample time. Default: 5 ms, or less: a twentieth of the axle's vibration
         period, a tenth of the shortest period of the wheel load. For a continuous controller: the
         output interval of `simulate`.
+    signals : collection of str, optional
+        More signals of the result, such as ``["k_hat", "contact_temperature_left"]``: those of
+        `contactlib.runs.signals.of_contacts`, of both wheels or of one. Any other run computes none
+        of them.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. Default: 1e-7; under a continuous
         controller 1e-9, as for `simulate`.
@@ -103,7 +108,7 @@ def run_scenario(
     Returns
     -------
     Result
-        Signals of `contactlib.runs.derived_columns.UNITS`, to the last whole step of the duration.
+        Signals of `contactlib.runs.signals.UNITS`, to the last whole step of the duration.
         Rows are `step` apart; torques are those of the following step. A continuous controller
         also gives the signals and events of `simulate`, in its rows.
 
@@ -131,11 +136,12 @@ def run_scenario(
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
     if isinstance(given, ContinuousController):
         fine = 1e-9 if tolerance is None else tolerance
-        return _continuous_run(scenario, given, initial_creepage, step, fine, progress)
+        return _continuous_run(scenario, given, initial_creepage, step, signals, fine, progress)
     control = _chosen(scenario, controller)
     tolerance = checked_number("tolerance", 1e-7 if tolerance is None else tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
     initial_creepage = checked_creepage([scenario], initial_creepage)
+    more = checked_signals(signals, [scenario.drivetrain.wheelset.element])
     when = timing(scenario, control.sample_time, step)
     whole = stacked([control])
     runs = Runs(
@@ -143,7 +149,7 @@ def run_scenario(
     )
     for error in runs.refused.values():
         raise error
-    kept = Kept(when, runs.units)
+    kept = Kept(when, {**runs.units, **more})
     for block in runs.blocks():
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
@@ -169,6 +175,7 @@ def run_vehicle(
     *,
     index: int = 0,
     step: float | None = None,
+    signals: Collection[str] = (),
     tolerance: float = 1e-5,
     progress: Callable[[float], object] = lambda part: None,
 ) -> VehicleResult:
@@ -185,6 +192,8 @@ def run_vehicle(
     step : float, optional
         Time between rows, over which friction and loads are held [s]. Default: as for
         `run_scenario`.
+    signals : collection of str, optional
+        More signals of the axles, as for `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. With the default, creep forces of
         the shipped vehicles are right to 4e-5 of friction, and their energy closes to 5e-10 of the
@@ -216,12 +225,13 @@ def run_vehicle(
         )
     tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
+    more = checked_signals(signals, [scenario.drivetrain.wheelset.element])
     when = timing(scenario, chosen.sample_time, step)
     control = stacked([chosen] * scenario.vehicle.axles)
     runs = VehicleRuns([scenario], control, when, index=[index], tolerance=tolerance)
     for number, error in runs.refused.items():
         raise ValueError(f"axle {number + 1}: {error}")
-    kept = Kept(when, runs.units)
+    kept = Kept(when, {**runs.units, **more})
     for block in runs.blocks():
         if runs.failed.any():
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
@@ -244,6 +254,7 @@ def _continuous_run(
     controller: ContinuousController,
     creepage: float | None,
     step: float | None,
+    signals: Collection[str],
     tolerance: float,
     progress: Callable[[float], object],
 ) -> Result:
@@ -257,6 +268,7 @@ def _continuous_run(
         duration=scenario.duration,
         initial_creepage=creepage,
         output_interval=step,
+        signals=signals,
         tolerance=tolerance,
         progress=progress,
     )
@@ -288,6 +300,7 @@ def run_many(
     outcomes: Sequence[str] = (),
     *,
     metrics: Mapping[str, Metric] | None = None,
+    signals: Collection[str] = (),
     index: Sequence[int] | None = None,
     step: float | Sequence[float] | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
@@ -311,6 +324,8 @@ def run_many(
     metrics : mapping, optional
         Outcomes of your own by name: functions of a `Result` that return one number. They need all
         signals of a run, which takes longer.
+    signals : collection of str, optional
+        More signals of the results that the metrics get, as for `run_scenario`.
     index : sequence of int, optional
         Indices of the runs; the noise of a run is drawn from its seed and index. Default: 0 to
         n - 1.
@@ -376,6 +391,7 @@ def run_many(
     columns = {name: np.full(len(scenarios), np.nan) for name in (*outcomes, *metrics)}
     columns[FAILED] = np.zeros(len(scenarios))
     controls = [_chosen(scenario, controller) for scenario in scenarios]
+    more = checked_signals(signals, [case.drivetrain.wheelset.element for case in scenarios])
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
     work = sum(when.rows * sum(_axles(scenarios[i]) for i in places) for when, places in groups)
     done, extensions = 0, extended(outcomes)
@@ -396,7 +412,7 @@ def run_many(
             index=[index[i] for i in places],
             tolerance=tolerance,
         )
-        kept = Kept(when, runs.units) if metrics else None
+        kept = Kept(when, {**runs.units, **more}) if metrics else None
         for name, values in _watch(runs, outcomes, kept, report, noted).items():
             columns[name][places] = values
         failed = np.asarray(runs.failed.reshape(-1, axles).any(axis=1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -20,17 +21,16 @@ from contactlib.base.quantities import (
 )
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.runs.damage import warn_of_damage
-from contactlib.runs.derived_columns import continuous_result
 from contactlib.runs.result import (
     PEAK_PASSED,
     SLIP_AWAY,
     STANDSTILL,
-    WORKS,
     Event,
     Result,
 )
+from contactlib.runs.signals import CONTINUOUS, UNITS, WORKS, Block, checked_signals, units
 from contactlib.vehicle.conditions import Conditions
-from contactlib.vehicle.continuous_control import ContinuousController
+from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile
@@ -66,6 +66,7 @@ def simulate(
     slip_away_creepage: float | None = None,
     stop_at: Collection[str] = (),
     output_interval: float | None = None,
+    signals: Collection[str] = (),
     tolerance: float = 1e-9,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
@@ -95,6 +96,8 @@ def simulate(
     output_interval : float, optional
         Interval of the output rows, which are added to the integrator's own steps [s]. Default: a
         thousandth of `duration`.
+    signals : collection of str, optional
+        More signals of the result, those of the contact, as in `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's steps [1]; that of the slip is relative to slip
         plus saturation slip.
@@ -125,6 +128,7 @@ def simulate(
     initial_speed = checked_number("initial_speed", initial_speed, limits["speed"])
     tolerance = checked_number("tolerance", tolerance, Limits(at_least=1e-13, at_most=1e-2))
     away = checked_number("slip_away_creepage", away, POSITIVE)
+    checked_signals(signals, [wheelset.element])
     unknown = set(stop_at) - {PEAK_PASSED, SLIP_AWAY, STANDSTILL}
     if unknown:
         known = ", ".join((PEAK_PASSED, SLIP_AWAY, STANDSTILL))
@@ -212,8 +216,79 @@ def simulate(
         for name in ("time", "omega", "speed", "drive_torque", *kernel.HELD, "distance", *WORKS)
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
-    result = continuous_result(wheelset, controller, columns, tuple(events))
+    result = continuous_result(wheelset, controller, columns, tuple(events), signals)
     warn_of_damage(result)
     if warning := wheelset.element.warning(float(max(profiles["normal_load"].value))):
         warn(warning)
     return result
+
+
+@dataclass
+class SingleWheelset:
+    """Source of rows of a single wheelset, without available force."""
+
+    fleet: kernel.NativeFleet
+    radius: FloatArray
+    axles: int = 1
+    available: None = None
+    measured_speed: None = None
+
+    def speed_limit(self, distance: FloatArray) -> FloatArray:
+        """No limit: continuous controllers have no track."""
+        return np.full(distance.shape, np.inf)
+
+
+def continuous_result(
+    wheelset: Wheelset,
+    controller: ContinuousController,
+    columns: Mapping[str, FloatArray],
+    events: tuple[Event, ...] = (),
+    signals: Collection[str] = (),
+) -> Result:
+    """Make a result from time, states, inputs and, if there are any, works.
+
+    The demand of creep control is its largest torque. The available force is left out, as it takes
+    a search in every row. Without states of the memory the forces are those of steady rolling.
+    """
+    if "held_force" not in columns:
+        wheelset = wheelset.without_memory()
+    count = columns["time"].size
+    inputs = np.zeros((count, 1), kernel.drivetrain_dtype("input"))
+    states = np.zeros((count, 1), kernel.drivetrain_dtype("state"))
+    half, friction = 0.5 * columns["normal_load"], columns["friction_scale"]
+    of_inputs = {
+        "commanded_torque": columns["drive_torque"],
+        "resistance_force": columns["resistance_force"],
+        **dict.fromkeys(("load_left", "load_right"), half),
+        **dict.fromkeys(("friction_left", "friction_right"), friction),
+        "slope": np.ones(count),
+    }
+    memory = {
+        f"{name.removesuffix('_force')}_{side}": columns[name]
+        for side in ("left", "right")
+        for name in kernel.HELD
+        if name in columns
+    }
+    of_states = {
+        "omega_left": columns["omega"],
+        "omega_right": columns["omega"],
+        **columns,
+        **memory,
+    }
+    for records, values in ((inputs, of_inputs), (states, of_states)):
+        for name in set(records.dtype.names or ()) & set(values):
+            records[name][:, 0] = values[name]
+    demand = columns["drive_torque"]
+    if isinstance(controller, CreepControl):
+        demand = np.full_like(demand, controller.torque_max)
+    source = SingleWheelset(Drivetrain(wheelset).native, np.array([wheelset.radius]))
+    block = Block(columns["time"], demand[:, np.newaxis], inputs, states, source, [])
+    given = {**units(CONTINUOUS), "reference": units(CONTINUOUS)[controller.prescribes], **UNITS}
+    del given["available_force"]
+    if "drive_work" not in columns:
+        left_out = {"distance", "stored_energy", "energy_defect", *WORKS}
+        given = {name: unit for name, unit in given.items() if name not in left_out}
+    given |= checked_signals(signals, [wheelset.element])
+    found = {name: columns[name] if name in columns else block[name][:, 0] for name in given}
+    values = {name: np.array(value) for name, value in found.items()}
+    return Result(columns["time"], values, given, events)

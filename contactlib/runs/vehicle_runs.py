@@ -16,9 +16,9 @@ from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, ReadOnly
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.files.scenario import Scenario
-from contactlib.runs.derived_columns import UNITS
 from contactlib.runs.plant import Runs, Timing
-from contactlib.runs.result import WORKS, Result
+from contactlib.runs.result import Result
+from contactlib.runs.signals import OF_VEHICLES, SIGNALS, WORKS, units
 from contactlib.traction.interface import Measurement, TractionController
 from contactlib.vehicle.track import RailState
 from contactlib.vehicle.vehicle import MAX_AXLES, Vehicle
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
-VEHICLE_UNITS = {**UNITS, "brake_torque": "N.m", "measured_speed": "m/s"}
+VEHICLE_UNITS = units(SIGNALS, OF_VEHICLES)
 SHARED = ("speed", "acceleration")  # signals that all axles have in common
 TOTALS = (
     "creep_force",

@@ -102,9 +102,12 @@ CONTACTLIB_API void drivetrains_advance(const drivetrain_member *members, size_t
                                         double time, double step, double tolerance, double *substep,
                                         unsigned char *failed);
 
-/* Outputs of n drivetrains, for several rows of inputs and states. */
+/* Outputs of n drivetrains, for several rows of inputs and states, and unless it is NULL those of
+ * the contacts of each one's left and right wheel, whose forces are those of both wheels under
+ * twice the load. */
 CONTACTLIB_API void drivetrains_evaluate(const drivetrain_member *members, size_t n, size_t rows,
                                          const drivetrain_input *input,
-                                         const drivetrain_state *state, drivetrain_output *output);
+                                         const drivetrain_state *state, drivetrain_output *output,
+                                         force_element_output *contact);
 
 #endif

@@ -75,9 +75,9 @@ void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axle
 
 void drivetrains_evaluate(const drivetrain_member *members, size_t n, size_t rows,
                           const drivetrain_input *input, const drivetrain_state *state,
-                          drivetrain_output *output) {
-    (n <= FEW ? drivetrains_evaluate_one_lane : CHOOSE(drivetrains_evaluate))(members, n, rows,
-                                                                              input, state, output);
+                          drivetrain_output *output, force_element_output *contact) {
+    (n <= FEW ? drivetrains_evaluate_one_lane : CHOOSE(drivetrains_evaluate))(
+        members, n, rows, input, state, output, contact);
 }
 
 void creep_forces_evaluate(const creep_forces *bodies, size_t n, const creep_forces_input *input,

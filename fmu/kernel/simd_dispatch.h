@@ -35,7 +35,7 @@
                                       double, double *, unsigned char *);                          \
     void drivetrains_evaluate_##suffix(const drivetrain_member *, size_t, size_t,                  \
                                        const drivetrain_input *, const drivetrain_state *,         \
-                                       drivetrain_output *);                                       \
+                                       drivetrain_output *, force_element_output *);               \
     void creep_forces_evaluate_##suffix(const creep_forces *, size_t, const creep_forces_input *,  \
                                         creep_forces_output *);
 
@@ -49,6 +49,6 @@ void drivetrains_advance_one_lane(const drivetrain_member *members, size_t n, si
                                   unsigned char *failed);
 void drivetrains_evaluate_one_lane(const drivetrain_member *members, size_t n, size_t rows,
                                    const drivetrain_input *input, const drivetrain_state *state,
-                                   drivetrain_output *output);
+                                   drivetrain_output *output, force_element_output *contact);
 
 #endif

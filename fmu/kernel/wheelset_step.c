@@ -60,7 +60,8 @@ static const char *advance_evenly(const equations *problem, integration *run, do
     int remembering = remembers(&frozen);
     double length = run->left[0] / number;
     if (remembering) {
-        m->contact.there[ROW_OF(force_element_parameters, memory)][0] = frozen.memory = FROZEN_PACES;
+        m->contact.there[ROW_OF(force_element_parameters, memory)][0] = frozen.memory =
+            FROZEN_PACES;
         m->contact.given[0] = &frozen;
     }
     for (; number > 0.0; number -= 1.0) {

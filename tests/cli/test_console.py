@@ -15,7 +15,7 @@ from contactlib.cli.console import in_unit
 UNUSUAL = ("1_0", "\u0661\u0660", "\uff11\uff10", "1\u0660", "1e\u0661")
 # Options whose value is a text, and those that are lists of numbers, which the command reads.
 TEXTS = {"author", "cluster", "control", "controller", "controllers", "kind", "model", "output"}
-TEXTS |= {"also", "files", "per_wheel", "platforms", "scenario", "sweep", "version"}
+TEXTS |= {"also", "files", "per_wheel", "platforms", "scenario", "signals", "sweep", "version"}
 LISTS = {"friction_scale", "load", "speed"}
 
 

@@ -333,7 +333,7 @@ def runs(case: Case) -> None:
     run = cl.run_scenario(case.scenario, "open_loop", tolerance=1e-9)
     stored = np.full(run.time.shape, run["stored_energy"][0])
     work = np.abs(run["drive_work"]).max() + np.abs(run["creep_work"]).max()
-    defect = cl.runs.result.energy_defect(run, stored)
+    defect = cl.runs.signals.energy_defect(run, stored)
     assert np.abs(defect).max() < 1e-6 * max(work, float(stored.max()) * 1e-3)
     if case.feature.sections:
         finer = cl.run_scenario(case.scenario, "open_loop", tolerance=1e-9, step=1e-3)

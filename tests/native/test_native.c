@@ -473,7 +473,7 @@ static void test_drivetrains(const creep_table *table, const force_element_param
         const double *numbers = (const double *)&d.state;
         for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
         CHECK(!failed || memcmp(&d.state, &before.state, sizeof d.state) == 0);
-        drivetrains_evaluate(&member, 1, 1, &d.in, &d.state, &out);
+        drivetrains_evaluate(&member, 1, 1, &d.in, &d.state, &out, NULL);
         CHECK(isfinite(out.creep_force_left) && isfinite(out.stored_energy));
         if (d.train.axle_stiffness == 0.0) CHECK(d.state.omega_left == d.state.omega_right);
     }
@@ -569,7 +569,7 @@ typedef struct {
     void (*advance)(const drivetrain_member *, size_t, size_t, drivetrain_input *,
                     drivetrain_state *, double, double, double, double *, unsigned char *);
     void (*evaluate)(const drivetrain_member *, size_t, size_t, const drivetrain_input *,
-                     const drivetrain_state *, drivetrain_output *);
+                     const drivetrain_state *, drivetrain_output *, force_element_output *);
     void (*ratios)(const creep_table *, size_t, const double *, const double *, size_t,
                    const double *, size_t, double *, double *);
     void (*forces)(const creep_table *, const force_element_parameters *, size_t,
@@ -608,7 +608,7 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
     }
     with->advance(members, MANY, 1, in, state, 0.0, 5e-4, 1e-2, tried, failed);
     for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
-    with->evaluate(members, MANY, 1, in, state, out);
+    with->evaluate(members, MANY, 1, in, state, out, NULL);
 }
 
 static void test_points_of_width(const many_functions *with, const creep_table *table,
@@ -697,7 +697,7 @@ static void test_widths(const creep_table *table, const force_element_parameters
                             &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
-        drivetrains_evaluate(&members[i], 1, 1, &d[i].in, &d[i].state, &out[1][i]);
+        drivetrains_evaluate(&members[i], 1, 1, &d[i].in, &d[i].state, &out[1][i], NULL);
         CHECK(i >= NOT_A_NUMBER || memcmp(&out[0][i], &out[1][i], sizeof out[0][i]) == 0);
     }
 }

@@ -23,7 +23,7 @@ from contactlib.runs.outcomes import (
     metrics,
     write_comparison,
 )
-from contactlib.runs.result import WORKS
+from contactlib.runs.signals import WORKS
 from contactlib.vehicle import Axle, Drivetrain, Resistance
 
 BOTH = ("omega", "creepage", "friction_scale")

@@ -16,7 +16,7 @@ import contactlib as cl
 from contactlib import stability
 from contactlib.base.quantities import FloatArray
 from contactlib.runs import run_vehicle
-from contactlib.runs.result import WORKS
+from contactlib.runs.signals import WORKS
 from contactlib.traction import Measurement, OpenLoop, Sensors, SlopeSeeking
 from contactlib.vehicle import Drivetrain, Motor, Resistance, WheelLoad
 
