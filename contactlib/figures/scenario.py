@@ -27,6 +27,7 @@ from contactlib.figures.style import (
     by_stability,
     drawn_creepage,
     line_length,
+    new_columns,
     new_figure,
     note,
     paint,
@@ -143,21 +144,13 @@ def comparison(
 
     Speeds are drawn, too, if a vehicle starts, stops or turns. Others as for `scenario_run`.
     """
-    count, stands = len(results), any(map(_stands, results.values()))
+    stands = any(map(_stands, results.values()))
     every = list(results.values())
     runs = _drawn(every, over, minimum_speed, units)
     varies = _friction_varies(every)
-    width = max(5.0, 3.1 * count)
-    long = 0.2 * max(len(caption) / (14.5 * width) - 4.0, 0.0)  # a caption of many lines
+    long = 0.2 * max(len(caption) / 120.0 - 4.0, 0.0)  # a caption of many lines
     with styled():
-        figure, grid = new_figure(
-            width,
-            (9.0 if stands else 7.2) + varies + long,
-            ncols=count,
-            sharey="row",
-            squeeze=False,
-            **_rows(3 + stands, varies),
-        )
+        figure, grid = new_columns(len(runs), 3 + stands, varies, long)
         for column, (name, run) in enumerate(zip(results, runs, strict=True)):
             _force(grid[0, column], run)
             _creepage(grid[1, column], run)
@@ -171,12 +164,19 @@ def comparison(
         _trim_creepage(list(grid[1]), runs)
         if varies:
             _friction(grid[-1], runs)
-        figure.align_ylabels(grid[:, 0])
-        for axes in grid[:, 1:].flat:
-            axes.set_ylabel("")
+        _label_first(figure)
         _legend(figure, runs, caption, (*keys(), *(grid[3, 0].lines if stands else ())))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
+
+
+def _label_first(figure: Figure) -> None:
+    """Leave the labels of vertical axes to the first column, with the unit in a second line."""
+    for axes in figure.axes:
+        spec, label = axes.get_subplotspec(), axes.get_ylabel()
+        first = spec is not None and spec.is_first_col()
+        axes.set_ylabel(label.replace("  [", "\n[") if first else "")
+    figure.align_ylabels()
 
 
 def _rows(count: int, friction: bool) -> dict[str, Any]:
@@ -252,7 +252,7 @@ def _stop(result: Result, metrics: Metrics | VehicleMetrics) -> str:
         of_demand = getattr(metrics, "stopping_distance", math.nan)
         first = "" if math.isnan(of_demand) else f"{of_demand:.0f} m from the demand,\n"
         return f"\nstops {first}{abs(metrics.distance):.0f} m from the start"
-    brakes = result["demand"][-1] and result["creep_force"][-1] * result["speed"][-1] < 0.0
+    brakes = result["demand"][-1] * result["speed"][-1] < 0.0
     return f"\ndoes not stop within {np.ptp(result.time):g} s" if brakes else ""
 
 
@@ -444,7 +444,9 @@ def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
         top = max(top, *(float(values.max()) for _, values in lines))
         _number_plateaus(axes, run.at, lowest)
     what = "factor" if one == 1.0 else "$f_d$"
-    row[0].set(ylim=(0.0, 1.45 * top), ylabel=f"friction\n{what}  [1]")
+    row[0].set(ylim=(0.0, 1.45 * top))
+    for axes in row:
+        axes.set_ylabel(f"friction\n{what} [1]")
 
 
 def _number_plateaus(axes: Axes, at: FloatArray, values: FloatArray) -> None:

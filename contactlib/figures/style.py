@@ -246,6 +246,41 @@ def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
     return figure, figure.subplots(**grid)
 
 
+def new_columns(count: int, rows: int, low: bool, below: float = 0.0) -> tuple[Figure, Any]:
+    """Make a figure with a column of panels for each run; return it and its axes, by row and run.
+
+    A column has `rows` panels and perhaps a low one; `below` [in] is for a long caption. Side by
+    side stand all columns on a `page_size` that is wider than high, else at most three, so that
+    texts are legible in the width of a page.
+    """
+    width, height = _page.get() or (0.0, 0.0)
+    down = 1 if width > height else math.ceil(count / 3)
+    across = math.ceil(count / down)
+    heights = [1.0] * rows + [0.4] * low
+    block = 1.8 * rows + low if down == 1 else 1.0 + rows + 0.7 * low
+    figure, grid = new_figure(
+        min(max(5.0, 3.1 * count), 8.4),
+        1.8 + below + block * down,
+        nrows=len(heights) * down,
+        ncols=across,
+        height_ratios=heights * down,
+        sharex=True,
+        squeeze=False,
+    )
+    blocks = grid.reshape(down, len(heights), across).swapaxes(0, 1)
+    columns, unused = np.split(blocks.reshape(len(heights), -1), [count], axis=1)
+    for axes in unused.flat:
+        axes.remove()
+    for (_, number), axes in np.ndenumerate(columns):
+        axes.tick_params(labelleft=number % across == 0)
+    for first, *others in columns:
+        for axes in others:
+            axes.sharey(first)
+    for axes in columns[-1]:
+        axes.tick_params(labelbottom=True)
+    return figure, columns
+
+
 def percent_axis(axis: Any) -> None:
     """Label an axis of fractions in per cent."""
     axis.set_major_formatter(FuncFormatter(lambda v, _: f"{100.0 * v:g}"))

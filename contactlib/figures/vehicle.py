@@ -1,4 +1,4 @@
-"""Figures of a vehicle's run: its axles side by side on common axes, and whole vehicles compared.
+"""Figures of a vehicle's run: its axles on common axes, and whole vehicles compared.
 
 Lines are as in `contactlib.figures.scenario`.
 """
@@ -23,9 +23,9 @@ from contactlib.figures.scenario import (
     _force,
     _friction,
     _friction_varies,
+    _label_first,
     _legend,
     _limits,
-    _rows,
     _speed,
     _summary,
     _torque,
@@ -35,7 +35,7 @@ from contactlib.figures.scenario import (
 from contactlib.figures.style import (
     by_stability,
     labelled,
-    new_figure,
+    new_columns,
     paint,
     sized,
     styled,
@@ -81,7 +81,7 @@ def vehicle_run(
     runs = _drawn(result.axles, over, minimum_speed, units)
     varies = _friction_varies(result.axles)
     with styled():
-        figure, grid = _columns(len(runs), 8.4 + varies, **_rows(4, varies))
+        figure, grid = new_columns(len(runs), 4, varies)
         for number, run in enumerate(runs):
             column = grid[:, number]
             _force(column[0], run)
@@ -96,9 +96,7 @@ def vehicle_run(
             column[-1].xaxis.set_major_locator(MaxNLocator(4, steps=(1, 2, 5, 10)))
         if varies:
             _friction(grid[-1], runs)
-        for axes in grid[:, 1:].flat:
-            axes.set_ylabel("")
-        figure.align_ylabels(grid[:, 0])
+        _label_first(figure)
         _legend(figure, runs, caption, (*keys(), *grid[3, 0].lines))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
@@ -137,7 +135,7 @@ def vehicle_creep_curve(
     grey: dict[str, Any] = {"color": paint.grey, "lw": 1.0}
     end: dict[str, Any] = {"color": paint.ink, "marker": "o", "ms": 5, "ls": "none", "zorder": 5}
     with styled():
-        figure, grid = _columns(len(runs), 4.6, nrows=1, sharex=True)
+        figure, grid = new_columns(len(runs), 1, low=False, below=1.0)
         for number, (run, axes) in enumerate(zip(runs, grid[0], strict=True)):
             for curve in _best_and_worst(wheelset, run.result, zeta):
                 axes.plot(zeta, curve, **grey)
@@ -149,9 +147,10 @@ def vehicle_creep_curve(
             rises = run.result["falling_branch"] == 0.0
             by_stability(axes, at, np.where(smooth, path, np.nan), rises, lw=width)
             axes.plot(at[last], path[last], **end)
-            labelled(axes, "creepage", title=f"axle {number + 1}", log="x" * wide, steps=(1.0,))
-            axes.set(xlim=(near, far))
-        labelled(grid[0, 0], y="traction coefficient", ylim=(0.0, None))
+            names = "creepage", "traction coefficient", f"axle {number + 1}"
+            labelled(axes, *names, log="x" * wide, steps=(1.0,), xlim=(near, far))
+        grid[0, 0].set_ylim(0.0)
+        _label_first(figure)
         met = Line2D([], [], label="steady, on the best and the worst rails met", **grey)
         _legend(figure, (), caption, (*keys()[:2], met, Line2D([], [], label=AT_THE_END, **end)))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
@@ -226,10 +225,3 @@ def _whole(result: VehicleResult) -> Result:
         signals[name] = result[name].min(axis=-1)
     signals["falling_branch"] = result["falling_branch"].max(axis=-1)
     return Result(result.time, signals, result.units)
-
-
-def _columns(count: int, height: float, **grid: Any) -> tuple[Figure, Any]:
-    """Figure with a column for each axle."""
-    return new_figure(
-        max(5.0, 2.8 * count), height, ncols=count, sharey="row", squeeze=False, **grid
-    )

@@ -12,10 +12,11 @@ import figure_checks as checks
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import vehicle_comparison, vehicle_creep_curve, vehicle_run
+from contactlib.figures import page_size, vehicle_comparison, vehicle_creep_curve, vehicle_run
 from contactlib.runs import Metrics, VehicleResult, run_vehicle, vehicle_metrics
 
 CAPTION = "Each of 4 axles at 0, 3, 9.9 and 12.9 m: k_hat 0.3."
@@ -44,6 +45,11 @@ def changed(run: VehicleResult, number: int, **given: Any) -> VehicleResult:
     return replace(run, axles=tuple(axles))
 
 
+def panels(figure: Figure) -> np.ndarray:
+    """Panels by row and axle of a figure whose four axles stand in two rows."""
+    return np.array(figure.axes).reshape(2, -1, 2).swapaxes(0, 1).reshape(-1, 4)
+
+
 def drawn(axes: Axes) -> np.ndarray:
     """Values of the two coloured lines of a panel, which meet where the branch changes."""
     solid, dashed = (line for line in axes.lines if checks.style_of(line) != ":")
@@ -59,7 +65,7 @@ def test_axles_can_be_read_on_one_scale(
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
-    grid = np.array(figure.axes).reshape(5, 4)
+    grid = panels(figure)
     for column, axle, metrics in zip(grid.T, run.axles, axles, strict=True):
         force, load, torque, speed, friction = column
         assert_allclose(drawn(force), 1e-3 * axle["creep_force"])
@@ -74,6 +80,24 @@ def test_axles_can_be_read_on_one_scale(
         assert used in force.get_title(loc="left")
     for row in grid:
         assert len({axes.get_ylim() for axes in row}) == 1
+        assert [axes.get_ylabel() != "" for axes in row] == [True, False] * 2
+
+
+@pytest.mark.parametrize("size", [None, "16:9", "7x9"])
+def test_axles_stand_side_by_side_on_a_slide_alone(
+    run: VehicleResult, axles: list[Metrics], size: str | None
+) -> None:
+    """In a text that is 7.3 inches wide their letters keep more than four fifths of their size."""
+    wheelset = scenario().drivetrain.wheelset
+    with page_size(size):
+        whole = vehicle_run(run, axles, title="", caption="")
+        curve = vehicle_creep_curve(run, wheelset, title="", caption="")
+    for figure in (whole, curve):
+        places = [axes.get_subplotspec() for axes in figure.axes]
+        rows = {place.rowspan.start for place in places if place}
+        assert len(places) / len(rows) == (4 if size == "16:9" else 2)
+        if size is None:
+            assert 7.3 / figure.get_figwidth() > 0.8
 
 
 def test_no_axle_leaves_the_scale_of_the_first(run: VehicleResult, axles: list[Metrics]) -> None:
@@ -81,7 +105,7 @@ def test_no_axle_leaves_the_scale_of_the_first(run: VehicleResult, axles: list[M
     for number, torque in ((1, 20e3), (2, 40e3), (3, 30e3), (4, 35e3)):
         held = torque * (1.0 + 0.1 * run.time)
         run = changed(run, number, drive_torque=held, demand=held)
-    grid = np.array(vehicle_run(run, axles, title="", caption="").axes).reshape(5, 4)
+    grid = panels(vehicle_run(run, axles, title="", caption=""))
     assert {axes.get_ylim()[0] for axes in grid[2]} == {0.0}
     assert min(axes.get_ylim()[1] for axes in grid[2]) >= 1e-3 * 40e3 * 1.6
 
