@@ -21,6 +21,7 @@ from contactlib.files.sections import LAWS
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted(GUIDE.rglob("*.md"))
+FIRST = GUIDE / "index.md"
 
 
 class Links(HTMLParser):
@@ -64,6 +65,33 @@ def test_the_page_of_names_has_all_that_are_on_top() -> None:
     listed = re.findall(r"`(\w+)`", text[text.index("| if you") : text.index("| subpackage")])
     on_top = [name for name in dir(cl) if not isinstance(getattr(cl, name), ModuleType)]
     assert sorted(set(listed) - {"cl"}) == on_top
+
+
+def links_of(page: Path) -> set[Path]:
+    """Pages to which a page's text or a list in it leads; the site's menu does not count."""
+    text = page.read_text(encoding="utf-8")
+    if page == FIRST:
+        readme = (GUIDE.parent / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
+        text += readme[readme.index("## Where to start") : readme.index("- **I want to change it")]
+    shown = re.findall(r"```\{toctree\}\n:maxdepth.*?\n\n(.*?)```", text, re.DOTALL)
+    found = re.findall(r"\]\(([^)#\s]+\.md)", text)
+    found += [f"{name}.md" for name in " ".join(shown).split()]
+    return {(page.parent / name).resolve() for name in found} & set(PAGES)
+
+
+def test_every_page_is_two_clicks_from_the_first() -> None:
+    near = links_of(FIRST)
+    assert set(PAGES) - near.union({FIRST}, *map(links_of, near)) == set()
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["sign convention", "troubleshooting", "glossary", "cite", "Excel", "Jupyter", "chatter"],
+)
+def test_a_word_that_readers_look_for_is_in_a_heading_or_on_the_first_page(word: str) -> None:
+    texts = (page.read_text(encoding="utf-8") for page in PAGES)
+    headings = re.findall("^# .*|^## .*", "\n".join(texts), re.MULTILINE)
+    assert word.lower() in "\n".join([*headings, FIRST.read_text(encoding="utf-8")]).lower()
 
 
 STATED = {  # largest errors of a force against CONTACT, wherever the guide has them
