@@ -51,7 +51,7 @@ def phase_figure(wheelset: Wheelset, speed: float) -> Figure:
     torque = LOAD * find_fold(wheelset, speed=speed).drive_torque
     border = basin(wheelset, drive_torque=torque, speed=speed)
     with styled(paint.hatched):
-        figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
+        figure, (left, right) = new_figure(9.2, 5.0, ncols=2)
         if wheelset.speed_held:
             _rate(left, wheelset, torque, speed, border)
         else:

@@ -161,7 +161,7 @@ def poles_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Fast pole over creepage, and the longest delay of a loop over speed."""
     steepest_fall(wheelset, speed)  # without which there is nothing to hold
     with styled():
-        figure, (left, right) = new_figure(11.0, 5.0, ncols=2)
+        figure, (left, right) = new_figure(9.2, 5.0, ncols=2)
         _over_creepage(left, wheelset, [factor * speed for factor in (0.3, 1.0, 3.0)])
         _over_speed(right, wheelset, RANGE[0] * speed, RANGE[1] * speed)
         add_caption(

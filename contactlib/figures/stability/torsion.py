@@ -49,7 +49,7 @@ def torsion_figure(wheelset: Wheelset, speed: float) -> Figure:
     """Effective slope over the amplitude; persistent amplitudes over the mean creepage."""
     drivetrain = Drivetrain(wheelset, axle=drawn_axle(wheelset))
     with styled(paint.hatched):
-        figure, (left, right) = new_figure(11.0, 5.2, ncols=2)
+        figure, (left, right) = new_figure(9.2, 5.2, ncols=2)
         both = bistable_range(drivetrain, speed=speed)
         _slopes(left, drivetrain, speed, both)
         _amplitudes(right, drivetrain, speed, both)
