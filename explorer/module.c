@@ -114,6 +114,10 @@ void train_evaluate(const train *t, const drivetrain_input *input, const drivetr
     drivetrains_evaluate_one_lane(&t->member, 1, 1, input, state, output, NULL);
 }
 
+void train_settle(const train *t, const drivetrain_input *input, drivetrain_state *state) {
+    drivetrains_settle(&t->member, 1, input, state);
+}
+
 /* Move on from a row under held inputs, whose reference is the torque, until the creepage passes
  * base + slope speed, or the speed falls below the least, for a time at most. Overwrites the row
  * with that of the end. Returns whether the creepage has passed. */

@@ -6,7 +6,8 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from contactlib import kernel
 from contactlib.base.writing import c_sources, write_whole
@@ -31,25 +32,15 @@ OF_DOUBLES = (
 )
 
 
-def _doubles(path: str, kind: Any) -> Iterator[str]:
-    """Paths to all doubles of a type, such as ``body.radius`` and ``jacobian[0][1]``."""
-    if kind.kind == "struct":
-        for name, field in kind.fields:
-            yield from _doubles(f"{path}.{name}", field.type)
-    elif kind.kind == "array":
-        for i in range(kind.length):
-            yield from _doubles(f"{path}[{i}]", kind.item)
-    elif kind.cname == "double":
-        yield path
-    else:
-        raise TypeError(f"{path} is a {kind.cname}, which the page cannot read")
-
-
 def struct_fields() -> dict[str, list[str]]:
-    """Last names of the doubles of each struct, such as ``radius`` of ``body.radius``."""
-    kernel.library()
-    paths = {name: _doubles("", kernel.ffi.typeof(name)) for name in OF_DOUBLES}
-    return {name: [path.split(".")[-1] for path in fields] for name, fields in paths.items()}
+    """Names of the doubles of each struct, such as ``radius`` and ``memory_by[0][1]``."""
+    return {struct: list(_doubles(kernel.struct_dtype(struct))) for struct in OF_DOUBLES}
+
+
+def _doubles(struct: np.dtype[np.void]) -> Iterator[str]:
+    for name, (kind, *_) in (struct.fields or {}).items():
+        for place in np.ndindex(kind.shape):
+            yield name + "".join(f"[{i}]" for i in place)
 
 
 def write_types(functions: tuple[str, ...], sections: Mapping[str, Iterable[str]]) -> None:

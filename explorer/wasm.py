@@ -42,6 +42,7 @@ FUNCTIONS = (
     "train_lay_patch",
     "train_advance",
     "train_evaluate",
+    "train_settle",
     "train_pass",
 )
 STACK = 65536  # bytes, from address 0 up: what overflows it is a trap

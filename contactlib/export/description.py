@@ -27,7 +27,6 @@ MODEL_NAMES = {
     "creep_forces": "CreepForces",
 }
 MEMORY = ("memory", "body_modulus", "poisson_ratio", "transverse_half_length")
-HELD_FORCES = ("held_force", "outer_force", "held_lateral", "outer_lateral")
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
 ASSUMED_INVERSE_MASS = 4e-3
 MAX_VARIABLES = 128  # of a wheel, as in fmu/fmi/component.h
@@ -55,10 +54,13 @@ KINEMATIC = {
 }
 BODY_INPUTS = {"drive_torque", "brake_torque", "resistance_force", "pads"}
 # A contact with memory holds its force, up to friction, so no algebraic loop leads through it.
-HELD = dict.fromkeys(
-    ("creep_force", "wheel_torque", "traction_coefficient", "lateral_force"),
-    (*HELD_FORCES, "normal_load", "friction_scale"),
-)
+HELD = ("creep_force", "wheel_torque", "traction_coefficient", "lateral_force")
+
+
+def held_forces() -> list[str]:
+    """States of a contact with memory that are forces."""
+    states = (v for v in kernel.model_variables("force_element") if v.role == "state")
+    return [v.name for v in states if v.unit == "N"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -301,7 +303,7 @@ class Description:
             "creepage_x": 0.0,
             "creepage_y": 0.0,
             "spin": 0.0,
-            **dict.fromkeys(HELD_FORCES, 0.0),
+            **dict.fromkeys(held_forces(), 0.0),
             "unslipped": 1.0,
             "effective_inverse_mass": self.effective_inverse_mass,
             "implicit": float(self.implicit),
@@ -385,7 +387,7 @@ class Description:
         return {
             "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
-            **dict.fromkeys(HELD_FORCES, force),
+            **dict.fromkeys(held_forces(), force),
             "unslipped": 1.0,
             "normal_load": load,
             "creep_force": force,
@@ -438,6 +440,7 @@ class Description:
         if variable.role == "state":
             needed = {variable.stem}
         elif variable.role == "output":
-            fewer = KINEMATIC | (HELD if self.remembers else {})
+            on = (*held_forces(), "normal_load", "friction_scale")
+            fewer = KINEMATIC | (dict.fromkeys(HELD, on) if self.remembers else {})
             needed = set(fewer.get(variable.stem, needed - BODY_INPUTS))
         return [v.name for v in known if v.stem in needed or v.causality == "parameter"]

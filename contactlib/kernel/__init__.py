@@ -4,7 +4,6 @@ It passes numpy arrays and C structs to the library and contains no contact mech
 the declarations from the C headers, so each declaration exists once.
 """
 
-from contactlib.kernel.bodies import HELD as HELD
 from contactlib.kernel.bodies import NativeCreepForces as NativeCreepForces
 from contactlib.kernel.bodies import NativeCurve as NativeCurve
 from contactlib.kernel.bodies import NativeForceElement as NativeForceElement
@@ -16,6 +15,7 @@ from contactlib.kernel.bodies import force_input_limits as force_input_limits
 from contactlib.kernel.bodies import half_space_scales as half_space_scales
 from contactlib.kernel.bodies import hertz_integral as hertz_integral
 from contactlib.kernel.bodies import hertz_semi_axes as hertz_semi_axes
+from contactlib.kernel.bodies import memory_states as memory_states
 from contactlib.kernel.bodies import process_zone_limit as process_zone_limit
 from contactlib.kernel.bodies import relaxation_lengths as relaxation_lengths
 from contactlib.kernel.bodies import thermal_softening as thermal_softening

@@ -86,8 +86,12 @@ def thermal_softening(
     return found
 
 
-# States of a contact with memory along rolling, and the outputs that they are in steady rolling.
-HELD = {"held_force": "steady_force", "unslipped": "sticking", "outer_force": "steady_outer"}
+STEADY = ("steady_force", "sticking", "steady_outer")  # outputs: those states in steady rolling
+
+
+def memory_states() -> tuple[str, ...]:
+    """States of a contact with memory along rolling."""
+    return struct_dtype("rolling_memory").names or ()
 
 
 class NativeForceElement:
@@ -143,7 +147,7 @@ class NativeForceElement:
         The inputs are omega, speed, load, friction scale and, with memory, the held force, the
         unslipped part and the force of the outer zone.
         """
-        given = ffi.new("force_element_input *", inputs)
+        given = ffi.new("force_element_input *", [*inputs[:4], inputs[4:]])
         result = ffi.new("force_element_output *")
         library().force_element_evaluate(self._table.struct, self._parameters, given, result)
         return result
@@ -154,7 +158,7 @@ class NativeForceElement:
         `rolling` are omega, speed, load and friction scale.
         """
         contact = self.evaluate_one(*rolling)
-        return {state: getattr(contact, output) for state, output in HELD.items()}
+        return {s: getattr(contact, of) for s, of in zip(memory_states(), STEADY, strict=True)}
 
     def steepest_gradient(self, speed: float) -> float:
         """Largest gradient of the force by slip velocity at the nominal load [N.s/m]."""

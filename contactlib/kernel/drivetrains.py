@@ -71,7 +71,7 @@ class NativeFleet:
         given = [parameters for parameters, _ in contacts]
         contact = _records(given, struct_dtype("force_element_parameters"))
         flat = [{**drivetrain, **body} for drivetrain, body in bodies]
-        drivetrain = _records(flat, _drivetrain_fields())
+        drivetrain = _records(flat, struct_dtype("drivetrain_parameters"))
         scales = np.zeros(len(contacts), struct_dtype("contact_scales"))
         for i, (parameters, table) in enumerate(contacts):
             lib.force_element_scales(
@@ -189,6 +189,15 @@ class NativeFleet:
         )
         return outputs
 
+    def settle(self, inputs: NDArray[np.void], states: NDArray[np.void]) -> None:
+        """Let the contacts have rolled steadily at their creepages; changes the states."""
+        library().drivetrains_settle(
+            self.members,
+            self.size,
+            pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
+            pointer(states, "drivetrain_state"),
+        )
+
     def grip(
         self, inputs: NDArray[np.void], speed: FloatArray, torque: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -236,15 +245,6 @@ def _place_dtype() -> np.dtype[np.void]:
     pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails")]
     scales = [(name, np.float64) for name in struct_dtype("contact_scales").names or ()]
     return checked_dtype([*pointers, *scales], "drivetrain_member")
-
-
-@cache
-def _drivetrain_fields() -> np.dtype[np.void]:
-    """Dtype of the struct drivetrain_parameters, with the body's fields among its own."""
-    fields = ffi.typeof("drivetrain_parameters").fields
-    body = struct_dtype("wheelset_parameters").names or ()
-    names = [name for field, _ in fields for name in (body if field == "body" else [field])]
-    return checked_dtype([(name, np.float64) for name in names], "drivetrain_parameters")
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import re
 import runpy
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -105,8 +106,19 @@ def pointer(array: NDArray[Any], kind: str) -> Any:
 def struct_dtype(name: str) -> np.dtype[np.void]:
     """Structured dtype of a C struct of doubles."""
     library()
-    fields = ffi.typeof(name).fields
-    return checked_dtype([(field, np.float64, _shape(of.type)) for field, of in fields], name)
+    return checked_dtype(list(_fields(ffi.typeof(name))), name)
+
+
+def _fields(kind: Any, side: str = "") -> Iterator[tuple[str, type, tuple[int, ...]]]:
+    """Names, types and shapes of a struct's doubles.
+
+    Those of a struct inside it keep their names, or get those of the side: ``held_force_left``.
+    """
+    for name, of in kind.fields:
+        if of.type.kind == "struct":
+            yield from _fields(of.type, f"_{name}" if name in ("left", "right") else side)
+        else:
+            yield f"{name}{side}", np.float64, _shape(of.type)
 
 
 def _shape(kind: Any) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contactlib.kernel.bodies import memory_states
 from contactlib.kernel.drivetrains import NativeFleet
 from contactlib.kernel.library import ffi, library, pointer, struct_dtype
 
@@ -86,11 +87,11 @@ def run_wheelset(
         "to": dict(inputs[1]),
         "interval": interval,
         "tolerance": tolerance,
-        "scale": dict(scale),
+        "scale": _row(scale),
         "crossings": len(crossings),
         "crossing": list(crossings),
     }
-    stretch, row = ffi.new("run_stretch *", given), ffi.new("run_row *", first)
+    stretch, row = ffi.new("run_stretch *", given), ffi.new("run_row *", _row(first))
     run = ffi.gc(lib.wheelset_run_begin(fleet.members, stretch, row), lib.wheelset_run_free)
     if run == ffi.NULL:
         raise MemoryError
@@ -108,3 +109,12 @@ def run_wheelset(
         at = parts[-1]["time"][-1] if parts[-1].size else span[0]
         raise RuntimeError(f"the integrator does not meet the tolerance after {at:.6g} s")
     return NativeRun(np.concatenate(parts), events, status[0] == lib.RUN_STOPPED)
+
+
+def _row(values: Mapping[str, float]) -> dict[str, Any]:
+    """Members of the struct `run_row`, those of the memory in a struct of their own."""
+    states = memory_states()
+    return {
+        **{name: value for name, value in values.items() if name not in states},
+        "memory": {name: values.get(name, 0.0) for name in states},
+    }

@@ -73,11 +73,7 @@ def start(
         creepages = np.zeros(fleet.size)
     omega = (speed + creepages * np.maximum(np.abs(speed), slowest)) / radius
     states["omega_left"] = states["omega_right"] = omega
-    steady = fleet.evaluate(inputs, states)
-    for side in ("left", "right"):
-        states[f"held_{side}"] = steady[f"steady_{side}"]
-        states[f"unslipped_{side}"] = steady[f"sticking_{side}"]
-        states[f"outer_{side}"] = steady[f"steady_outer_{side}"]
+    fleet.settle(inputs, states)
     _twist(scenarios, fleet, inputs, states, creepages)
     return Start(states, torque, refused)
 

@@ -28,15 +28,13 @@ from contactlib.runs.result import (
     Event,
     Result,
 )
-from contactlib.runs.signals import CONTINUOUS, UNITS, WORKS, Block, checked_signals, units
+from contactlib.runs.signals import CONTINUOUS, SIDES, UNITS, WORKS, Block, checked_signals, units
 from contactlib.vehicle.conditions import Conditions
 from contactlib.vehicle.continuous_control import ContinuousController, CreepControl
 from contactlib.vehicle.creep_curve import CreepCurve
 from contactlib.vehicle.drivetrain import Drivetrain
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.wheelset import Wheelset
-
-STATES = ("speed", "omega", "integral_torque", *kernel.HELD, "distance", *WORKS)
 
 
 def _stretches(
@@ -180,7 +178,9 @@ def simulate(
     rolling = omega, initial_speed, given["normal_load"], given["friction_scale"]
     row |= wheelset.element.rolling_native.steady_memory(*rolling)
     held = wheelset.element.friction.kinetic * nominal_load
-    scale |= dict(zip(kernel.HELD, (held, 1.0, held), strict=True))
+    memory = kernel.memory_states()
+    states = ("speed", "omega", "integral_torque", *memory, "distance", *WORKS)
+    scale |= {name: 1.0 if name == "unslipped" else held for name in memory}
     train = Drivetrain(wheelset).native
     parts: list[Any] = []
     inputs: list[dict[str, FloatArray]] = []
@@ -200,7 +200,7 @@ def simulate(
         for i, zeta, at in run.events:
             there = at["time"].item(), zeta, at["speed"].item(), at["drive_torque"].item()
             events.append(Event(list(passing)[i], *there))
-        row = {name: run.rows[name][-1] for name in STATES}
+        row = {name: run.rows[name][-1] for name in states}
         last = run.stopped or span[1] == end
         rows = run.rows if last else run.rows[:-1]  # the next stretch begins with this row
         part = (rows["time"] - span[0]) / (span[1] - span[0])
@@ -213,7 +213,7 @@ def simulate(
     whole = np.concatenate(parts)
     columns = {
         name: whole[name].copy()
-        for name in ("time", "omega", "speed", "drive_torque", *kernel.HELD, "distance", *WORKS)
+        for name in ("time", "omega", "speed", "drive_torque", *memory, "distance", *WORKS)
     }
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events), signals)
@@ -264,9 +264,9 @@ def continuous_result(
         "slope": np.ones(count),
     }
     memory = {
-        f"{name.removesuffix('_force')}_{side}": columns[name]
-        for side in ("left", "right")
-        for name in kernel.HELD
+        f"{name}_{side}": columns[name]
+        for side in SIDES
+        for name in kernel.memory_states()
         if name in columns
     }
     of_states = {

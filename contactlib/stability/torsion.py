@@ -83,8 +83,8 @@ AMPLITUDES = 241  # grid that brackets maxima and minima of the rate
 def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatArray:
     """Jacobian of (omega_left, omega_right, twist) and, unless held, speed, about `point`.
 
-    With memory (held_left, held_right, unslipped_left, unslipped_right) follow, each force being
-    that of a contact under twice the wheel's load, as in the kernel's drivetrain.
+    With memory (held_force_left, held_force_right, unslipped_left, unslipped_right) follow, each
+    force being that of a contact under twice the load of the wheel, as in the kernel's drivetrain.
 
     Returns
     -------

@@ -155,6 +155,11 @@ export class Drivetrain {
     }
   }
 
+  /** Let contacts with memory have rolled steadily at the present creepage. */
+  settle(): void {
+    this.module.train_settle(this.train, this.input.address, this.state.address);
+  }
+
   /** Forces, creepages and energies at the state under the input. */
   output(): Structs["drivetrain_output"] {
     return kernel.filled("drivetrain_output", (to) =>

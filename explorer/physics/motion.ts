@@ -43,19 +43,20 @@ export class Motion {
 
   /** Let contacts with memory remember steady rolling at the present creepage. */
   private rollSteadily(): void {
-    const out = this.output();
-    Object.assign(this.drivetrain.state, {
-      held_left: out.steady_left, held_right: out.steady_right,
-      unslipped_left: out.sticking_left, unslipped_right: out.sticking_right,
-      outer_left: out.steady_outer_left, outer_right: out.steady_outer_right,
-    });
+    this.takeFriction();
+    this.drivetrain.settle();
   }
 
   /** Output at the state. */
   private output(): Structs["drivetrain_output"] {
-    const { input } = this.drivetrain, friction = this.onPatch ? this.patch!.friction : 1;
-    input.friction_left = input.friction_right = friction; // a step leaves that of its start
+    this.takeFriction();
     return this.drivetrain.output();
+  }
+
+  /** Take the friction of the place, as a step leaves that of its start. */
+  private takeFriction(): void {
+    const { input } = this.drivetrain, friction = this.onPatch ? this.patch!.friction : 1;
+    input.friction_left = input.friction_right = friction;
   }
 
   /** Move the limits of the rim speed, so that a wheel at one of them goes on from where it is. */

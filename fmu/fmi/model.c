@@ -141,16 +141,16 @@ const char TRUTH[] = "Boolean";
          output.margin##_margin)
 
 #define MEMORY \
-    {"held_force", "N", "creep force that the contact holds", -1e15, 1e15, AT(input.held_force), \
+    {"held_force", "N", "creep force that the contact holds", -1e15, 1e15, AT(input.memory.held_force), \
      STATE, IF_REMEMBERING}, \
     {"unslipped", "1", "part of the contact that has not slipped since it entered", -0.1, 1.1, \
-     AT(input.unslipped), STATE, IF_REMEMBERING}, \
+     AT(input.memory.unslipped), STATE, IF_REMEMBERING}, \
     {"outer_force", "N", "part of the creep force in the zone that slips first", -1e15, 1e15, \
-     AT(input.outer_force), STATE, IF_REMEMBERING}, \
+     AT(input.memory.outer_force), STATE, IF_REMEMBERING}, \
     {"held_lateral", "N", "lateral force that the contact holds", -1e15, 1e15, \
-     AT(input.held_lateral), STATE, IF_REMEMBERING}, \
+     AT(input.lateral.held_lateral), STATE, IF_REMEMBERING}, \
     {"outer_lateral", "N", "part of the lateral force in the zone that slips first", -1e15, 1e15, \
-     AT(input.outer_lateral), STATE, IF_REMEMBERING}
+     AT(input.lateral.outer_lateral), STATE, IF_REMEMBERING}
 
 #define MEMORY_RATES \
     {"der(held_force)", "N/s", "rate of change of the held force", -LARGE, LARGE, \
@@ -414,8 +414,8 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.speed)) return fmin(slip, sqrt(slip * reference));
         if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
-        if (of == AT(input.held_force) || of == AT(input.outer_force) ||
-            of == AT(input.held_lateral) || of == AT(input.outer_lateral))
+        if (of == AT(input.memory.held_force) || of == AT(input.memory.outer_force) ||
+            of == AT(input.lateral.held_lateral) || of == AT(input.lateral.outer_lateral))
             return size + 0.01 * p->kinetic_friction * p->nominal_load;
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
     }

@@ -21,23 +21,19 @@ typedef struct {
 } drivetrain_parameters;
 
 typedef struct {
-    double speed;           /* [m/s] */
-    double omega_left;      /* [rad/s] */
-    double omega_right;     /* equals omega_left if the axle is rigid [rad/s] */
-    double twist;           /* angle of the left wheel ahead of the right one [rad] */
-    double held_left;       /* states of the wheels' contacts with memory under twice the load: */
-    double held_right;      /* held force [N], */
-    double unslipped_left;  /* the part that has not slipped [1], */
-    double unslipped_right; /* [1] */
-    double outer_left;      /* and the force of the zone that slips first [N] */
-    double outer_right;     /* [N] */
-    double drive_torque;    /* of the motor, at the axle [N.m] */
-    double brake_torque;    /* of the turning axle, against its rotation [N.m] */
-    double pads_left;  /* how far the wheel has carried its brake's pads along, over what they */
-    double pads_right; /* give before they slide: 1 on a wheel that turns forward, -1 backward */
-    double distance;   /* [m] */
-    double drive_work; /* of the torques of motor and brake [J] */
-    double creep_work; /* of the creep forces on the slip velocities [J] */
+    double speed;         /* [m/s] */
+    double omega_left;    /* [rad/s] */
+    double omega_right;   /* equals omega_left if the axle is rigid [rad/s] */
+    double twist;         /* angle of the left wheel ahead of the right one [rad] */
+    rolling_memory left;  /* of the wheels' contacts with memory under twice the load */
+    rolling_memory right; /* likewise */
+    double drive_torque;  /* of the motor, at the axle [N.m] */
+    double brake_torque;  /* of the turning axle, against its rotation [N.m] */
+    double pads_left;     /* how far the wheel has carried its brake's pads along, over what they */
+    double pads_right;    /* give before they slide: 1 on a wheel that turns forward, -1 backward */
+    double distance;      /* [m] */
+    double drive_work;    /* of the torques of motor and brake [J] */
+    double creep_work;    /* of the creep forces on the slip velocities [J] */
     double resistance_work; /* of the resistances; of the rig if the speed is held [J] */
     double loss_work;       /* of the drive's and the axle's damping [J] */
 } drivetrain_state;
@@ -60,22 +56,16 @@ typedef struct {
 } drivetrain_input;
 
 typedef struct {
-    double creep_force_left;   /* [N] */
-    double creep_force_right;  /* [N] */
-    double creepage_left;      /* [1] */
-    double creepage_right;     /* [1] */
-    double falling_left;       /* 1 if the steady force falls with creepage at fixed speed */
-    double falling_right;      /* [1] */
-    double steady_left;        /* the same states in steady rolling: held force [N], */
-    double steady_right;       /* [N] */
-    double sticking_left;      /* part that sticks [1], */
-    double sticking_right;     /* [1] */
-    double steady_outer_left;  /* and the force of the outer zone [N] */
-    double steady_outer_right; /* [N] */
-    double drive_torque;       /* of motor and brake [N.m] */
-    double axle_torque;        /* from left to right, damping included [N.m] */
-    double speed_rate;         /* [m/s2] */
-    double stored_energy;      /* kinetic energy and that of the axle's twist [J] */
+    double creep_force_left;  /* [N] */
+    double creep_force_right; /* [N] */
+    double creepage_left;     /* [1] */
+    double creepage_right;    /* [1] */
+    double falling_left;      /* 1 if the steady force falls with creepage at fixed speed */
+    double falling_right;     /* [1] */
+    double drive_torque;      /* of motor and brake [N.m] */
+    double axle_torque;       /* from left to right, damping included [N.m] */
+    double speed_rate;        /* [m/s2] */
+    double stored_energy;     /* kinetic energy and that of the axle's twist [J] */
 } drivetrain_output;
 
 /* One drivetrain of many. If rails is NULL, the input gives friction, slope and grade. */
@@ -109,5 +99,9 @@ CONTACTLIB_API void drivetrains_evaluate(const drivetrain_member *members, size_
                                          const drivetrain_input *input,
                                          const drivetrain_state *state, drivetrain_output *output,
                                          force_element_output *contact);
+
+/* Let the contacts of n drivetrains have rolled steadily at their present creepages. */
+CONTACTLIB_API void drivetrains_settle(const drivetrain_member *members, size_t n,
+                                       const drivetrain_input *input, drivetrain_state *state);
 
 #endif

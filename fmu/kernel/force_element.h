@@ -30,16 +30,26 @@ typedef struct {
     double transverse_half_length; /* b of an ellipse at nominal load, or half of a line [m] */
 } force_element_parameters;
 
+/* States of a contact with memory (memory.h) along rolling, which every struct with such states
+ * contains, and across it. A new one needs its rate in force_element_formula.h. */
+typedef struct {
+    double held_force;  /* creep force [N] */
+    double unslipped;   /* part of the contact that has not slipped since it entered [1] */
+    double outer_force; /* part of the creep force in the zone that slips first [N] */
+} rolling_memory;
+
+typedef struct {
+    double held_lateral;  /* lateral force [N] */
+    double outer_lateral; /* the part of it in that zone [N] */
+} lateral_memory;
+
 typedef struct {
     double omega;            /* angular velocity [rad/s] */
     double speed;            /* forward velocity [m/s] */
     double normal_load;      /* a negative load counts as zero [N] */
     double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
-    double held_force;       /* states of a contact with memory: creep force [N], */
-    double unslipped;        /* part of it that has not slipped since it entered [1], */
-    double outer_force;      /* part of the creep force in the zone that slips first [N], */
-    double held_lateral;     /* lateral force [N], */
-    double outer_lateral;    /* and the part of it in that zone [N] */
+    rolling_memory memory;   /* of a contact with memory */
+    lateral_memory lateral;  /* likewise */
     double lateral_velocity; /* of the wheel's surface against the rail, to the left [m/s] */
     double spin_velocity;    /* likewise, about the vertical axis upwards [rad/s] */
 } force_element_input;

@@ -480,15 +480,15 @@ typedef struct {
 static inline void lose_excess(const force_element_parameters *p, force_element_input *in) {
     double load = larger(in->normal_load, 0.0), scale = has_friction(in) ? in->friction_scale : 0.0;
     double strength = p->static_friction * scale * load;
-    double outer[2] = {in->outer_force, in->outer_lateral};
-    double core[2] = {in->held_force - outer[0], in->held_lateral - outer[1]};
+    double outer[2] = {in->memory.outer_force, in->lateral.outer_lateral};
+    double core[2] = {in->memory.held_force - outer[0], in->lateral.held_lateral - outer[1]};
     hold_within(2, OUTER_STRENGTH * strength, outer, outer);
     hold_within(2, (1.0 - OUTER_STRENGTH) * strength, core, core);
-    in->outer_force = outer[0];
-    in->outer_lateral = outer[1];
-    in->held_force = outer[0] + core[0];
-    in->held_lateral = outer[1] + core[1];
-    in->unslipped = strength > 0.0 ? smaller(larger(in->unslipped, 0.0), 1.0) : 1.0;
+    in->memory.outer_force = outer[0];
+    in->lateral.outer_lateral = outer[1];
+    in->memory.held_force = outer[0] + core[0];
+    in->lateral.held_lateral = outer[1] + core[1];
+    in->memory.unslipped = strength > 0.0 ? smaller(larger(in->memory.unslipped, 0.0), 1.0) : 1.0;
 }
 
 /* Forces of the zones as the states are, and as far as friction holds them. */
@@ -499,10 +499,10 @@ ALWAYS_INLINE void set_held(int parts, const force_element_parameters *p,
     m->per_scale = 1.0 / scale;
     m->limit[0] = OUTER_STRENGTH * strength;
     m->limit[1] = (1.0 - OUTER_STRENGTH) * strength;
-    m->held[0][0] = in->outer_force;
-    m->held[0][1] = in->outer_lateral;
-    m->held[1][0] = in->held_force - in->outer_force;
-    m->held[1][1] = in->held_lateral - in->outer_lateral;
+    m->held[0][0] = in->memory.outer_force;
+    m->held[0][1] = in->lateral.outer_lateral;
+    m->held[1][0] = in->memory.held_force - in->memory.outer_force;
+    m->held[1][1] = in->lateral.held_lateral - in->lateral.outer_lateral;
     for (int zone = 0; zone < 2; zone++) {
         double limit = m->limit[zone], *held = m->held[zone];
         m->act[zone] = hold_within(parts, limit, held, m->acting[zone]);
@@ -539,7 +539,7 @@ ALWAYS_INLINE memory_point memory_at(int parts, const force_element_parameters *
     m.pace = at->reference / scales->relaxation_length; /* at rest the slip alone loads it */
     m.flow = memory_flow_at(p, scales, larger(m.size, tiny), larger(m.ratio, least), at->k_hat,
                             m.weakening, m.along, inner(parts, m.c, m.direction), m.magnitude,
-                            in->unslipped, m.pace);
+                            in->memory.unslipped, m.pace);
     const memory_flow *f = &m.flow;
     double forward = f->fast * (f->strength - m.along);
     for (int i = 0; i < parts; i++) {
@@ -595,7 +595,15 @@ ALWAYS_INLINE held_change change_of_held(int parts, const memory_point *m,
 }
 
 /* Rows of the memory: states, their rates and changes; those of a lateral force come last. */
-enum { HELD, UNSLIPPED, OUTER, LATERAL, HELD_LATERAL = LATERAL, OUTER_LATERAL, MEMORY_STATES };
+enum {
+    HELD,
+    UNSLIPPED,
+    OUTER,
+    ROLLING_STATES,
+    HELD_LATERAL = ROLLING_STATES,
+    OUTER_LATERAL,
+    MEMORY_STATES
+};
 
 /* Rates of the memory. */
 ALWAYS_INLINE void memory_rates(int parts, const memory_point *m, double *rate) {
@@ -700,13 +708,13 @@ ALWAYS_INLINE void hold_forces(int parts, const force_element_parameters *p,
 ALWAYS_INLINE void set_changes_by(int parts, int state, const held_change *h, const double *rate,
                                   force_element_output *out) {
     if (state >= 2) out->force_by_memory[state - 2] = h->acting[0][0] + h->acting[1][0];
-    for (int i = 0; i < (parts == 1 ? LATERAL : MEMORY_STATES); i++)
+    for (int i = 0; i < (parts == 1 ? ROLLING_STATES : MEMORY_STATES); i++)
         out->memory_by[i][state] = rate[i];
 }
 
 /* Whether a lateral force is held. */
 ALWAYS_INLINE int holds_lateral(const force_element_input *in) {
-    return (in->held_lateral != 0.0) | (in->outer_lateral != 0.0);
+    return (in->lateral.held_lateral != 0.0) | (in->lateral.outer_lateral != 0.0);
 }
 
 /* Changes of the rates by a lateral force that is zero: it would turn into the steady force. */
@@ -760,7 +768,7 @@ ALWAYS_INLINE void memory_action(int parts, const force_element_parameters *p,
         set_changes_by(parts, i, &h, rate, out);
     }
     UNROLLED for (int i = 0; i < MEMORY_STATES; i++) {
-        if (parts == 1 && i >= LATERAL) continue;
+        if (parts == 1 && i >= ROLLING_STATES) continue;
         memset(&d, 0, sizeof d);
         if (i == HELD) d.held[0] = 1.0;
         if (i == UNSLIPPED) d.unslipped = 1.0;
@@ -776,7 +784,7 @@ ALWAYS_INLINE void memory_action(int parts, const force_element_parameters *p,
 
 /* Without load or friction nothing is held, and the contact that begins has not slipped. */
 ALWAYS_INLINE void release_memory(const force_element_input *in, force_element_output *out) {
-    const double *state = &in->held_force;
+    const double *state = &in->memory.held_force;
     double *rate = &out->held_rate;
     for (int i = 0; i < MEMORY_STATES; i++) {
         rate[i] = RELEASE * ((i == UNSLIPPED ? 1.0 : 0.0) - state[i]);

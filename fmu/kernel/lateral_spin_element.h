@@ -91,11 +91,11 @@ static inline memory_direction memory_direction_of(const lateral_spin_force *s,
     double log_k = at->k_hat < at->scales.k_hat ? 0.0 : 1.0;
     to.k_hat = -at->k_hat * log_k * (0.5 * d->log_kinetic + d->log_width);
     to.weakening = -m->weakening * (d->log_kinetic + d->log_width);
-    to.held[0] = din->held_force;
-    to.held[1] = din->held_lateral;
-    to.outer[0] = din->outer_force;
-    to.outer[1] = din->outer_lateral;
-    to.unslipped = din->unslipped;
+    to.held[0] = din->memory.held_force;
+    to.held[1] = din->lateral.held_lateral;
+    to.outer[0] = din->memory.outer_force;
+    to.outer[1] = din->lateral.outer_lateral;
+    to.unslipped = din->memory.unslipped;
     to.pace = at->speed_slope * din->speed / at->scales.relaxation_length;
     to.log_scale = d->log_kinetic + d->log_load;
     to.log_limit = d->log_load + din->friction_scale / in->friction_scale;
@@ -147,10 +147,13 @@ static inline void lateral_spin_element_finish(const creep_table *table,
     out->force_by_omega = out->force_by_speed = 0.0;
     for (int i = 0; i < 2 + MEMORY_STATES; i++) {
         force_element_input din;
-        double rate[MEMORY_STATES], *const state[] = {&din.omega,        &din.speed,
-                                                      &din.held_force,   &din.unslipped,
-                                                      &din.outer_force,  &din.held_lateral,
-                                                      &din.outer_lateral};
+        double rate[MEMORY_STATES], *const state[] = {&din.omega,
+                                                      &din.speed,
+                                                      &din.memory.held_force,
+                                                      &din.memory.unslipped,
+                                                      &din.memory.outer_force,
+                                                      &din.lateral.held_lateral,
+                                                      &din.lateral.outer_lateral};
         memset(&din, 0, sizeof din);
         *state[i] = 1.0;
         lateral_spin_change d;

@@ -130,7 +130,7 @@ void force_element_tangent(const creep_table *table, const force_element_paramet
     } else {
         if (!remembers(p)) begin_to_grip(table, p, in, din, dout);
         for (int i = 0; remembers(p) && i < MEMORY_STATES; i++)
-            (&dout->held_rate)[i] = -RELEASE * (&din->held_force)[i];
+            (&dout->held_rate)[i] = -RELEASE * (&din->memory.held_force)[i];
     }
     dout->wheel_torque = -p->radius * dout->creep_force;
 }

@@ -89,17 +89,21 @@ static const double STANDSTILL = 1e-6;
 
 /* Copy the states of the memory. */
 ALWAYS_INLINE void take_memory(force_element_input *to, const force_element_input *from) {
-    to->held_force = from->held_force;
-    to->unslipped = from->unslipped;
-    to->outer_force = from->outer_force;
-    to->held_lateral = from->held_lateral;
-    to->outer_lateral = from->outer_lateral;
+    to->memory = from->memory;
+    to->lateral = from->lateral;
+}
+
+/* Those of a contact that has rolled steadily, of which this is the output. */
+ALWAYS_INLINE rolling_memory settled(const force_element_output *out) {
+    rolling_memory states = {out->steady_force, out->sticking, out->steady_outer};
+    return states;
 }
 
 /* Those of a contact that holds no force. */
 ALWAYS_INLINE void forget(force_element_input *in) {
-    in->held_force = in->outer_force = in->held_lateral = in->outer_lateral = 0.0;
-    in->unslipped = 1.0;
+    memset(&in->memory, 0, sizeof in->memory);
+    memset(&in->lateral, 0, sizeof in->lateral);
+    in->memory.unslipped = 1.0;
 }
 
 /* Share of the outer zone in stiffness and strength, and the part of a zone's strength over which

@@ -31,14 +31,14 @@ enum {
     ROW_INTEGRAL,
     ROW_TIME,
     ROW_HELD,
-    ROW_DISTANCE = ROW_HELD + LATERAL,
+    ROW_DISTANCE = ROW_HELD + ROLLING_STATES,
     RUN_ROWS = ROW_DISTANCE + 5
 };
-static const int DRIVETRAIN_ROW[RUN_ROWS] = {SPEED,     LEFT,           -1,         -1,
-                                             HELD_LEFT, UNSLIPPED_LEFT, OUTER_LEFT, DISTANCE,
-                                             DRIVE,     CREEP,          RESISTANCE, LOSS};
+static const int DRIVETRAIN_ROW[RUN_ROWS] = {
+    SPEED,           LEFT,     -1,    -1,    MEMORY_LEFT, MEMORY_LEFT + 1,
+    MEMORY_LEFT + 2, DISTANCE, DRIVE, CREEP, RESISTANCE,  LOSS};
 ASSERT_LAYOUT(rows_of_the_run,
-              ROW_OF(run_row, time) == ROW_TIME && ROW_OF(run_row, held_force) == ROW_HELD &&
+              ROW_OF(run_row, time) == ROW_TIME && ROW_OF(run_row, memory) == ROW_HELD &&
                   ROW_OF(run_row, distance) == ROW_DISTANCE &&
                   ROW_OF(run_row, loss_work) + 1 == RUN_ROWS && (int)RUN_ROWS <= (int)MAX_ROWS);
 
@@ -130,7 +130,8 @@ static control_command evaluate_loop(wheelset_run *run, rows y, rows all) {
     memset(all, 0, sizeof(rows));
     all[SPEED][0] = y[ROW_SPEED][0];
     all[LEFT][0] = y[ROW_OMEGA][0];
-    for (int i = 0; i < LATERAL; i++) all[DRIVETRAIN_ROW[ROW_HELD + i]][0] = y[ROW_HELD + i][0];
+    for (int i = 0; i < ROLLING_STATES; i++)
+        all[DRIVETRAIN_ROW[ROW_HELD + i]][0] = y[ROW_HELD + i][0];
     fill(&run->wheels, all);
     wheels(&run->wheels, all, contacts_evaluate_all);
     control_command command;

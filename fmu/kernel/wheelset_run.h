@@ -39,9 +39,7 @@ typedef struct {
     double omega;           /* [rad/s] */
     double integral_torque; /* of the controller [N.m] */
     double time;            /* [s] */
-    double held_force;      /* states of a contact with memory: creep force [N], */
-    double unslipped;       /* the part that has not slipped [1], */
-    double outer_force;     /* and the force of the zone that slips first [N] */
+    rolling_memory memory;  /* of a contact with memory */
     double distance;        /* [m] */
     double drive_work;      /* works, as in a drivetrain [J] */
     double creep_work;      /* [J] */

@@ -40,9 +40,9 @@ static void euler_substep(const equations *problem, integration *run) {
     for (int i = 0; i < n; i++) run->y[problem->index[i]][0] += change[i][0];
     force_element_input held;
     take(m->contact.in, 0, FIELDS(force_element_input), (double *)&held);
-    for (int i = 0; i < MEMORY_STATES; i++) (&held.held_force)[i] = run->y[2 + i][0];
+    for (int i = 0; i < MEMORY_STATES; i++) (&held.memory.held_force)[i] = run->y[2 + i][0];
     lose_excess(m->contact.given[0], &held);
-    for (int i = 0; i < MEMORY_STATES; i++) run->y[2 + i][0] = (&held.held_force)[i];
+    for (int i = 0; i < MEMORY_STATES; i++) run->y[2 + i][0] = (&held.memory.held_force)[i];
     problem->rates(m, run->y, after, NULL);
     for (int i = 0; i < n; i++)
         after[i][0] = 0.5 * (after[problem->index[i]][0] - f[problem->index[i]][0]);
@@ -144,9 +144,7 @@ const char *force_element_roll(const creep_table *table, const force_element_par
         if (i == 0) {
             in->omega = omega;
             force_element_evaluate(table, contact, in, &out);
-            in->held_force = out.steady_force;
-            in->unslipped = out.sticking;
-            in->outer_force = out.steady_outer;
+            in->memory = settled(&out);
         } else {
             double step = (distance[i] - distance[i - 1]) / speed;
             task.omega_rate = (omega - in->omega) / step;

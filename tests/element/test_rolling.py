@@ -170,11 +170,7 @@ def under_load(
     now.speed, now.friction_scale, now.normal_load = 10.0, 1.0, load(0.0) * LOAD
     now.omega = now.speed * (1.0 + x * strips_zeta0(of)) / of.radius
     library().force_element_evaluate(table, contact, now, out)
-    now.held_force, now.unslipped, now.outer_force = (
-        out.steady_force,
-        out.sticking,
-        out.steady_outer,
-    )
+    now.memory = out.steady_force, out.sticking, out.steady_outer
     forces = [out.steady_force]
     for begin, end in itertools.pairwise(s):
         for part in (0.125, 0.375, 0.625, 0.875):
@@ -293,7 +289,7 @@ class InThePlane:
         self.input = ffi.new(
             "force_element_input *", {"speed": 10.0, "normal_load": LOAD, "friction_scale": 1.0}
         )
-        self.input.unslipped, self.of, self.zeta0 = 1.0, of, strips_zeta0(of)
+        self.input.memory.unslipped, self.of, self.zeta0 = 1.0, of, strips_zeta0(of)
 
     def roll(self, x: float, y: float, distance: float) -> FloatArray:
         """Roll at constant creepages over a distance in units of a."""
@@ -305,7 +301,7 @@ class InThePlane:
         task = ffi.new("wheelset_task *", {"contact": contact, "input": now[0], "tolerance": 1e-6})
         assert not library().wheelset_advance(table, task, step)
         self.input = now = ffi.new("force_element_input *", task.input)
-        return np.array([now.held_force, now.held_lateral]) / (KINETIC * LOAD)
+        return np.array([now.memory.held_force, now.lateral.held_lateral]) / (KINETIC * LOAD)
 
 
 @pytest.mark.parametrize(

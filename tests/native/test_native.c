@@ -55,12 +55,13 @@ static void test_advance(const creep_table *table, const force_element_parameter
     double friction = parameters->static_friction * in.friction_scale * fmax(in.normal_load, 0.0);
     /* What errors of a small force are relative to. */
     double least = 1e-3 * parameters->kinetic_friction * parameters->nominal_load;
-    double most = 2.0 * (friction + fabs(in.held_force) + fabs(in.outer_force)) + least;
-    CHECK(fabs(after.held_lateral) <=
-          2.0 * (fabs(in.held_lateral) + fabs(in.outer_lateral)) + least);
-    CHECK(fabs(after.held_force) <= most && fabs(after.outer_force) <= most);
-    CHECK(isfinite(after.held_force) && isfinite(after.outer_force));
-    CHECK(after.unslipped > -0.2 && after.unslipped < 1.2);
+    double most =
+        2.0 * (friction + fabs(in.memory.held_force) + fabs(in.memory.outer_force)) + least;
+    CHECK(fabs(after.lateral.held_lateral) <=
+          2.0 * (fabs(in.lateral.held_lateral) + fabs(in.lateral.outer_lateral)) + least);
+    CHECK(fabs(after.memory.held_force) <= most && fabs(after.memory.outer_force) <= most);
+    CHECK(isfinite(after.memory.held_force) && isfinite(after.memory.outer_force));
+    CHECK(after.memory.unslipped > -0.2 && after.memory.unslipped < 1.2);
     CHECK(error == NULL || memcmp(&in, &after, sizeof in) == 0);
 }
 
@@ -91,13 +92,13 @@ static void test_force(const creep_table *table, const force_element_parameters 
             .speed = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
             .normal_load = i % 10 == 0 ? 0.0 : random_exponent(-300.0, 12.0),
             .friction_scale = i % 11 == 0 ? 0.0 : random_exponent(-6.0, 3.0),
-            .unslipped = 1.2 * random_unit() - 0.1,
+            .memory.unslipped = 1.2 * random_unit() - 0.1,
         };
         double held = in.normal_load * random_exponent(-6.0, 3.0);
-        in.held_force = (random_unit() - 0.5) * held;
-        in.outer_force = (random_unit() - 0.5) * held;
-        in.held_lateral = (random_unit() - 0.5) * held;
-        in.outer_lateral = (random_unit() - 0.5) * held;
+        in.memory.held_force = (random_unit() - 0.5) * held;
+        in.memory.outer_force = (random_unit() - 0.5) * held;
+        in.lateral.held_lateral = (random_unit() - 0.5) * held;
+        in.lateral.outer_lateral = (random_unit() - 0.5) * held;
         if (i % 12 == 0) in.normal_load = -in.normal_load;
         if (i % 13 == 0) in.omega = in.speed / parameters->radius;
         force_element_output out;
@@ -229,9 +230,9 @@ static void test_steps(const creep_table *table, const force_element_parameters 
                       .speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0),
                       .normal_load = i % 10 == 0 ? 0.0 : random_exponent(0.0, 6.0),
                       .friction_scale = 1.0,
-                      .held_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
-                      .unslipped = random_unit(),
-                      .outer_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0)},
+                      .memory.held_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0),
+                      .memory.unslipped = random_unit(),
+                      .memory.outer_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0)},
             .tolerance = 1e-3,
             .max_substeps = i % 4, /* none, or too few */
         };
@@ -239,8 +240,8 @@ static void test_steps(const creep_table *table, const force_element_parameters 
         const char *error = wheelset_advance(table, &task, random_exponent(-6.0, -1.0));
         CHECK(task.tolerance >= 1e-3);
         CHECK(isfinite(after->omega) && isfinite(after->speed) && fabs(task.pads) <= 1.0);
-        CHECK(isfinite(after->held_force) && isfinite(after->unslipped));
-        CHECK(isfinite(after->outer_force));
+        CHECK(isfinite(after->memory.held_force) && isfinite(after->memory.unslipped));
+        CHECK(isfinite(after->memory.outer_force));
         CHECK(error == NULL || memcmp(after, &before, sizeof before) == 0);
     }
 }
@@ -269,7 +270,7 @@ static void test_together(const creep_table *table, const force_element_paramete
                       .normal_load = i == 3 ? 0.0 : 1e5 - 1e3 * i,
                       .friction_scale = i == 4 ? 0.0 : 1.0,
                       .lateral_velocity = i == 5 ? 0.01 : 0.0,
-                      .unslipped = 1.0},
+                      .memory.unslipped = 1.0},
             .tolerance = 1e-4,
         };
         contacts[i] = (force_task){&contact[i], &tasks[i].input, &out[i]};
@@ -336,12 +337,12 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
     d.state.speed = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     d.state.omega_left = d.state.omega_right = (random_unit() - 0.5) * random_exponent(-6.0, 3.0);
     if (i % 4 == 1) {
-        d.state.held_left = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
-        d.state.held_right = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
-        d.state.outer_left = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
-        d.state.outer_right = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
-        d.state.unslipped_left = random_unit();
-        d.state.unslipped_right = random_unit();
+        d.state.left.held_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
+        d.state.right.held_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
+        d.state.left.outer_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
+        d.state.right.outer_force = (random_unit() - 0.5) * random_exponent(0.0, 6.0);
+        d.state.left.unslipped = random_unit();
+        d.state.right.unslipped = random_unit();
     }
     if (i % 6 == 1) {
         d.state.pads_left = cos((double)i);
@@ -628,9 +629,9 @@ static void test_points_of_width(const many_functions *with, const creep_table *
             .speed = 10.0 * random_unit(),
             .normal_load = i % 7 ? 1e5 * random_unit() : 0.0,
             .friction_scale = i % 9 ? random_unit() + 0.1 : 0.0,
-            .held_force = 0.4e5 * random_unit(),
-            .unslipped = random_unit(),
-            .outer_force = 0.1e5 * random_unit(),
+            .memory.held_force = 0.4e5 * random_unit(),
+            .memory.unslipped = random_unit(),
+            .memory.outer_force = 0.1e5 * random_unit(),
         };
         if (i % 5 == 0) in[i].normal_load = -in[i].normal_load;
         speed[i] = in[i].speed;
@@ -653,7 +654,7 @@ static void test_points_of_width(const many_functions *with, const creep_table *
         force_element_evaluate(table, parameters, &in[i], &force);
         CHECK(fabs(force.creep_force - out[i].creep_force) <= 1e-12 * fabs(force.creep_force));
         CHECK((force.falling_branch > 0.0) == (out[i].falling_branch > 0.0));
-        in[i].held_force = in[i].unslipped = in[i].outer_force = 0.0;
+        in[i].memory.held_force = in[i].memory.unslipped = in[i].memory.outer_force = 0.0;
         force_element_evaluate(table, parameters, &in[i], &force);
         CHECK(fabs(force.creep_force - only[i]) <= 1e-12 * fabs(force.creep_force));
     }

@@ -148,7 +148,7 @@ def written_again(
     return np.asarray(solution.y[:, -1])
 
 
-MEMORY = ("held", "unslipped", "outer")  # states of each contact with memory
+MEMORY = ("held_force", "unslipped", "outer_force")  # states of each contact with memory
 VARIANTS = {
     "rigid": ({}, EVEN),
     "rigid, split": ({}, SPLIT),
