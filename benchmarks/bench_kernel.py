@@ -54,7 +54,7 @@ def elements(points: int, **how: Any) -> None:
         creepage = plain.saturation_creepage * random.uniform(-3.0, 3.0, (2, points))
         inputs["speed"] = speed = random.uniform(1.0, 40.0, points)
         inputs["omega"] = speed * (1.0 + creepage[0]) / plain.rolling_parameters["radius"]
-        inputs["normal_load"] = random.uniform(0.5, 1.5, points) * plain.normal_load
+        inputs["normal_load"] = random.uniform(0.5, 1.5, points) * plain.axle_load
         inputs["friction_scale"] = 1.0
         lateral = inputs.copy()
         lateral["lateral_velocity"] = speed * creepage[1]
@@ -72,7 +72,7 @@ def elements(points: int, **how: Any) -> None:
             name: partial(element.rolling_native.evaluate, given)
             for name, (element, given) in batches.items()
         }
-        at = (21.8, 10.0, plain.normal_load, 1.0)
+        at = (21.8, 10.0, plain.axle_load, 1.0)
         calls = {
             name: partial(called, element.rolling_native.evaluate_one, at)
             for name, element in (("alone", plain), ("with memory", memory))

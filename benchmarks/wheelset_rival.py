@@ -60,7 +60,7 @@ def records(scenarios: Sequence[cl.Scenario], controller: str) -> Any:
             "quadratic": resistance.quadratic,
             "saturation_creepage": element.saturation_creepage,
             "k_hat": element.k_hat,
-            "sliding": element.friction.kinetic * element.normal_load,
+            "sliding": element.friction.kinetic * element.axle_load,
             "largest": element.friction.static / element.friction.kinetic,
             "patch_start": patch.at[0],
             "patch_end": patch.at[-1],

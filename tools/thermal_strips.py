@@ -329,7 +329,7 @@ def example() -> ThermalContact:
     wheel = cl.EllipticContact.from_semi_axes(
         semi_axis_x=6.304e-3,
         semi_axis_y=12.61e-3,
-        normal_load=106.7e3,
+        wheel_load=106.7e3,
         contact_modulus=82e9 / 0.72,
         poisson_ratio=0.28,
     )

@@ -307,9 +307,14 @@ def common_shape(arrays: Mapping[str, FloatArray]) -> tuple[int, ...]:
 
 
 def records(
-    dtype: np.dtype[np.void], given: Mapping[str, ArrayLike], limits: Mapping[str, Limits]
+    dtype: np.dtype[np.void],
+    given: Mapping[str, ArrayLike],
+    limits: Mapping[str, Limits],
+    fields: Mapping[str, str] = MappingProxyType({}),
 ) -> NDArray[np.void]:
     """Structured array of checked values, broadcast; fields that are not given are zero.
+
+    `fields` has the fields of those values that have another name.
 
     Raises
     ------
@@ -319,7 +324,7 @@ def records(
     arrays = {n: checked(n, value, limits[n], copy=False) for n, value in given.items()}
     structured = np.zeros(common_shape(arrays), dtype=dtype)
     for name, array in arrays.items():
-        structured[name] = array
+        structured[fields.get(name, name)] = array
     return structured
 
 

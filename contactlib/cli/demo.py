@@ -94,7 +94,7 @@ def run_demo(output: str | os.PathLike[str], reporter: ConsoleReporter) -> Path:
     with reporter.step(f"{model.name}: the force from {fmu.name}, run by FMPy"):
         given: dict[str, Any] = {
             "time": run.time, "omega": run["omega"], "speed": run["speed"],
-            "normal_load": wheel.normal_load, "friction_scale": 1.0,
+            "normal_load": wheel.axle_load, "friction_scale": 1.0,
             "lateral_velocity": 0.0, "spin_velocity": 0.0,
         }  # fmt: skip
         kinds = [(name, np.float64) for name in given]
@@ -169,7 +169,7 @@ def _run_numbers(scenario: Scenario, torque_run: Result, creep_run: Result) -> I
         yield Number(
             "half_space_gain",
             "largest gain in Q/(f_d P), half-space instead of strips",
-            float(np.max(force - without) / (element.friction.kinetic * element.normal_load)),
+            float(np.max(force - without) / (element.friction.kinetic * element.axle_load)),
             "1",
         )
     yield Number(

@@ -14,7 +14,7 @@ from contactlib.cli.console import ConsoleReporter, print_line
 from contactlib.export.lookup import known_format, lookup_table, write_lookup_table
 from contactlib.files.model import Model
 from contactlib.files.reading import model_path, parse, shipped_files
-from contactlib.laws.hertz import NORMAL_LOAD
+from contactlib.laws.hertz import WHEEL_LOAD
 from contactlib.table.law_tables import build_carter_griffith_table
 
 TEMPLATES = Path(__file__).parents[1] / "files" / "templates"
@@ -60,7 +60,7 @@ def write_table(
             if name in given:
                 given[name] = _numbers(f"--{name.replace('_', '-')}", given[name], unit)
         if "load" in given:
-            given["normal_load"] = given.pop("load")
+            given["axle_load"] = given.pop("load")
         curve = lookup_table(load(), **given)
         sizes = " x ".join(f"{size} {name}" for name, size in curve.sizes.items())
         print_line(
@@ -93,7 +93,7 @@ def _numbers(option: str, text: str, unit: str) -> float | list[float] | slice:
     except ValueError as error:
         raise ValueError(f"{option} = {text!r} {error}") from None
     if option == "--load":
-        for warning in filter(None, (NORMAL_LOAD.warning(option, value) for value in values)):
+        for warning in filter(None, (WHEEL_LOAD.warning(option, value) for value in values)):
             warn(warning)
     if ":" in text:
         if len(values) != 2 or "," in text:

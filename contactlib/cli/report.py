@@ -211,7 +211,7 @@ def vehicle_text(scenario: Scenario) -> str:
 
 def track_text(scenario: Scenario) -> str:
     """Sentence about what a figure of a run does not draw: cleaning and wheel load."""
-    track, load, parts = scenario.track, scenario.wheel_load, []
+    track, load, parts = scenario.track, scenario.dynamic_load, []
     if track.cleaning > 0.0:
         parts.append(f"cleaning {track.cleaning:.3g} m/J up to the factor {track.recovered:.3g}")
     if load is not None:

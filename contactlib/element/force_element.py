@@ -224,7 +224,7 @@ class ForceElement(Parameters):
         >>> from contactlib.laws.hertz import LineContact
         >>> from contactlib.laws.measured import MeasuredCurve
         >>> contact = LineContact.from_semi_width(
-        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=110e3)
+        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=110e3)
         >>> zeta = np.linspace(0.0, 0.1, 41)
         >>> curve = MeasuredCurve(zeta, 0.3 * np.tanh(zeta / 0.01) * np.exp(-zeta / 0.2))
         >>> element = ForceElement.from_curve(curve, contact, radius=0.5)
@@ -283,7 +283,7 @@ class ForceElement(Parameters):
             ),
             "softening": self.contact.softening if self._softens else 0.0,
             **({} if self.load_exponent is None else {"load_exponent": self.load_exponent}),
-            "nominal_load": self.normal_load,
+            "nominal_load": self.axle_load,
         }
 
     @property
@@ -307,7 +307,7 @@ class ForceElement(Parameters):
     def memory_scales(self) -> Any:
         """Struct `contact_scales` of the kernel at the nominal load, with those of the memory."""
         parameters = {**self.parameters, **self.memory_parameters}
-        return kernel.contact_scales(parameters, self.normal_load, table=self.table.native)
+        return kernel.contact_scales(parameters, self.axle_load, table=self.table.native)
 
     def warning(self, largest_load: float) -> str | None:
         """Sentence on a load [N] under which a line contact is too short for memory; else None.
@@ -321,7 +321,7 @@ class ForceElement(Parameters):
         contact, given = self.contact, self.parameters
         if not self.memory or isinstance(contact, EllipticContact) or load <= 0.0:
             return None
-        growth = (load / self.normal_load) ** given["load_exponent"]
+        growth = (load / self.axle_load) ** given["load_exponent"]
         ratio, limit = contact.length / (growth * contact.semi_width), LINE.at_least
         if ratio >= limit * (1.0 - 1e-9):
             return None
@@ -331,9 +331,9 @@ class ForceElement(Parameters):
         )
 
     @property
-    def normal_load(self) -> float:
+    def axle_load(self) -> float:
         """Nominal load of all its wheels together [N]."""
-        return self.wheels * self.contact.normal_load
+        return self.wheels * self.contact.wheel_load
 
     @cached_property
     def native(self) -> kernel.NativeForceElement:
@@ -363,7 +363,7 @@ class ForceElement(Parameters):
     @property
     def layer_ratio(self) -> float:
         """Layer ratio L E*/(2 a) at the nominal load [1]."""
-        return float(kernel.contact_scales(self.parameters, self.normal_load).layer_ratio)
+        return float(kernel.contact_scales(self.parameters, self.axle_load).layer_ratio)
 
     @cached_property
     def saturation_creepage(self) -> float:
@@ -391,14 +391,14 @@ class ForceElement(Parameters):
         return self.native.steepest_gradient(speed)
 
     def saturation_creepage_at(
-        self, *, normal_load: float | None = None, friction_scale: float = 1.0
+        self, *, axle_load: float | None = None, friction_scale: float = 1.0
     ) -> float:
         """zeta0 at a load above zero [N], a friction scale [1] and zero slip speed."""
-        load = self.normal_load if normal_load is None else normal_load
-        load = checked_number("normal_load", load, POSITIVE)
+        load = self.axle_load if axle_load is None else axle_load
+        load = checked_number("axle_load", load, POSITIVE)
         scale = checked_number("friction_scale", friction_scale, POSITIVE)
         scales = kernel.contact_scales(self.parameters, load, scale)
-        given = {**self.parameters, "normal_load": load, "friction_scale": scale}
+        given = {**self.parameters, "axle_load": load, "friction_scale": scale}
         return derived("saturation_creepage", lambda: scales.saturation_creepage, given)
 
     def evaluate(
@@ -406,7 +406,7 @@ class ForceElement(Parameters):
         *,
         omega: ArrayLike,
         speed: ArrayLike,
-        normal_load: ArrayLike | None = None,
+        axle_load: ArrayLike | None = None,
         friction_scale: ArrayLike = 1.0,
         lateral_velocity: ArrayLike = 0.0,
         spin_velocity: ArrayLike = 0.0,
@@ -419,7 +419,7 @@ class ForceElement(Parameters):
             Angular velocity [rad/s].
         speed : array_like
             Forward velocity [m/s].
-        normal_load : array_like, optional
+        axle_load : array_like, optional
             Load of all its wheels together [N]. Default: the nominal one.
         friction_scale : array_like, optional
             Factor on both friction coefficients [1]. Default: 1.
@@ -445,13 +445,16 @@ class ForceElement(Parameters):
         given = {
             "omega": omega,
             "speed": speed,
-            "normal_load": self.normal_load if normal_load is None else normal_load,
+            "axle_load": self.axle_load if axle_load is None else axle_load,
             "friction_scale": friction_scale,
             "lateral_velocity": lateral_velocity,
             "spin_velocity": spin_velocity,
         }
         inputs = records(
-            kernel.struct_dtype("force_element_input"), given, kernel.force_input_limits()
+            kernel.struct_dtype("force_element_input"),
+            given,
+            kernel.force_input_limits(),
+            kernel.LOAD_IN_KERNEL,
         )
         if inputs["spin_velocity"].any() and spinning_aspect(self.contact) is None:
             raise ValueError(
@@ -465,7 +468,7 @@ class ForceElement(Parameters):
         *,
         omega: ArrayLike,
         speed: ArrayLike,
-        normal_load: ArrayLike | None = None,
+        axle_load: ArrayLike | None = None,
         friction_scale: ArrayLike = 1.0,
         **others: ArrayLike,
     ) -> FloatArray:
@@ -474,7 +477,7 @@ class ForceElement(Parameters):
         The arguments are those of `evaluate`.
         """
         native = self.native
-        load = native.nominal_load if normal_load is None else normal_load
+        load = native.nominal_load if axle_load is None else axle_load
         types = {type(omega), type(speed), type(load), type(friction_scale)}
         if types <= NUMBERS and not others:
             try:
@@ -486,7 +489,7 @@ class ForceElement(Parameters):
         given = {
             "omega": omega,
             "speed": speed,
-            "normal_load": load,
+            "axle_load": load,
             "friction_scale": friction_scale,
         }
         if others:

@@ -311,7 +311,7 @@ class Description:
             "max_substeps": 0.0,
             "omega": speed / element.radius,
             "speed": speed,
-            "normal_load": element.normal_load,
+            "normal_load": element.axle_load,
             "friction_scale": 1.0,
             "lateral_velocity": 0.0,
             "spin_velocity": 0.0,
@@ -380,7 +380,7 @@ class Description:
     @cached_property
     def _nominals(self) -> dict[str, float]:
         element = self.element
-        friction, load = element.friction, element.normal_load
+        friction, load = element.friction, element.axle_load
         force, zeta0 = friction.kinetic * load, element.saturation_creepage
         speed = max(self.model.initial_speed, 1.0)
         omega = max(self.model.initial_speed / element.radius, 1.0)

@@ -36,7 +36,7 @@ MAX_ENTRIES = 10_000_000
 AXIS_POINTS = 201  # of an axis, and of the creepage, when the axis's points are chosen
 CHECKED = 400  # operating points at which the error is measured
 UNITS = {  # and meaning
-    "normal_load": ("N", "load of all wheels together"),
+    "axle_load": ("N", "load of all wheels together"),
     "speed": ("m/s", "forward speed"),
     "friction_scale": ("1", "factor on both friction coefficients"),
     "creepage": ("1", "creepage (omega radius - speed)/speed"),
@@ -48,7 +48,7 @@ UNITS = {  # and meaning
 def lookup_table(
     model: Model | ForceElement,
     *,
-    normal_load: Axis | None = None,
+    axle_load: Axis | None = None,
     speed: Axis = DEFAULT_SPEED,
     friction_scale: Axis = 1.0,
     largest_creepage: float = 1.0,
@@ -60,7 +60,7 @@ def lookup_table(
     ----------
     model : Model or ForceElement
         Gives the creep force.
-    normal_load, speed, friction_scale : float, sequence of float or slice, optional
+    axle_load, speed, friction_scale : float, sequence of float or slice, optional
         Load of all wheels together [N], forward speed [m/s] and factor on both friction
         coefficients [1]. Several numbers become an axis of the table. A ``slice(lowest, highest)``
         becomes an axis whose points are chosen, so that linear interpolation between them keeps the
@@ -75,7 +75,7 @@ def lookup_table(
     Returns
     -------
     xarray.Dataset
-        ``creep_force`` [N] and ``traction_coefficient`` [1] over those of ``normal_load``,
+        ``creep_force`` [N] and ``traction_coefficient`` [1] over those of ``axle_load``,
         ``speed`` and ``friction_scale`` that are axes, and over ``creepage``. The attributes state
         the error and how it was verified.
 
@@ -95,13 +95,13 @@ def lookup_table(
     element = model if isinstance(model, ForceElement) else model.wheelset.element
     error = checked_number("error", error, ERROR)
     given = {
-        "normal_load": element.normal_load if normal_load is None else normal_load,
+        "axle_load": element.axle_load if axle_load is None else axle_load,
         "speed": speed,
         "friction_scale": friction_scale,
     }
     limits = kernel.force_input_limits()
     smallest = {  # below these all curves are of one shape, too narrow for a table
-        "normal_load": 1e-6 * element.normal_load,
+        "axle_load": 1e-6 * element.axle_load,
         "speed": element.minimum_speed,
         "friction_scale": 1e-3,
     }
@@ -173,7 +173,7 @@ def _check_size(shape: Sequence[int]) -> None:
 def _forces(element: ForceElement, points: Sequence[Point], creepage: FloatArray) -> FloatArray:
     """Creep force at points and creepages, (points, creepages)."""
     curves = [
-        element.at_creepage(creepage, speed=speed, normal_load=load, friction_scale=scale)
+        element.at_creepage(creepage, speed=speed, axle_load=load, friction_scale=scale)
         for load, speed, scale in points
     ]
     return np.stack([curve["creep_force"] for curve in curves])
@@ -189,7 +189,7 @@ def _dense(
 ) -> FloatArray:
     """Dense creepages, denser where the curves of the points rise."""
     zeta0 = min(
-        element.saturation_creepage_at(normal_load=load, friction_scale=scale)
+        element.saturation_creepage_at(axle_load=load, friction_scale=scale)
         for load, _, scale in points
     )
     u = np.linspace(0.0, largest / (largest + zeta0), count)
@@ -244,7 +244,7 @@ def _table(element: ForceElement, axes: Mapping[str, FloatArray]) -> Dataset:
     _check_size(shape)
     force = _forces(element, _points(axes), axes["creepage"]).reshape(shape)
     table = xarray.Dataset({"creep_force": (list(axes), force)}, coords=dict(axes))
-    table["traction_coefficient"] = table["creep_force"] / table["normal_load"]
+    table["traction_coefficient"] = table["creep_force"] / table["axle_load"]
     for name, (unit, meaning) in UNITS.items():
         table[name].attrs = {"units": unit, "long_name": meaning}
     return table.squeeze()  # type: ignore[no-any-return]

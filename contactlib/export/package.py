@@ -92,7 +92,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     time = step * np.arange(STEPS + 1, dtype=np.float64)
     element = description.element
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
-    sliding = element.friction.kinetic * element.normal_load
+    sliding = element.friction.kinetic * element.axle_load
     pulse = np.sin(np.pi * time / stop) ** 2
     # A contact with memory that slides is the stiffer, the larger its creepage.
     reach, excess = (3.0, 0.3) if description.remembers else (6.0, 0.4)
@@ -102,7 +102,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     across = 0.6 * zeta0 * np.sin(np.pi * late) ** 2
     turning = 0.5 * zeta0 / width * np.sin(2.0 * np.pi * late)
     columns = {
-        "normal_load": element.normal_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
+        "normal_load": element.axle_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
         "friction_scale": 1.0 - 0.3 * pulse**4,
         "drive_torque": element.radius * sliding * (0.9 + excess * pulse),
         "brake_torque": 0.3 * element.radius * sliding * np.sin(np.pi * late) ** 2,

@@ -130,7 +130,7 @@ def operating_point(model: Model) -> dict[str, float]:
     saturation = wheelset.element.saturation_creepage
     creepage = min(START_CREEPAGE * saturation, 0.5 * curve.peak.creepage)
     element, omega = wheelset.element, (1.0 + creepage) * speed / wheelset.radius
-    held = element.rolling_native.steady_memory(omega, speed, element.normal_load, 1.0)
+    held = element.rolling_native.steady_memory(omega, speed, element.axle_load, 1.0)
     return {
         "drive_torque": float(curve.torque(creepage)),
         "omega": omega,

@@ -486,7 +486,7 @@ def _contact_setting(element: ForceElement) -> list[str]:
     if element.memory:
         parts.append("memory")
     wheels = f"{element.wheels:g} wheels of " * (element.wheels > 1)
-    parts.append(f"{wheels}$P$ {1e-3 * contact.normal_load:.4g} kN")
+    parts.append(f"{wheels}$P$ {1e-3 * contact.wheel_load:.4g} kN")
     if element.minimum_speed != DEFAULTS["minimum_speed"].default:
         parts.append(f"minimum speed {element.minimum_speed:.3g} m/s")
     return parts

@@ -85,7 +85,7 @@ def vehicle_run(
         for number, run in enumerate(runs):
             column = grid[:, number]
             _force(column[0], run)
-            load = 1e-3 * run.result["normal_load"]
+            load = 1e-3 * run.result["axle_load"]
             column[1].plot(run.at, load, color=paint.ink, lw=1.3)
             column[1].set_ylabel("axle load  [kN]")
             _torque(column[2], run)
@@ -139,7 +139,7 @@ def vehicle_creep_curve(
         for number, (run, axes) in enumerate(zip(runs, grid[0], strict=True)):
             for curve in _best_and_worst(wheelset, run.result, zeta):
                 axes.plot(zeta, curve, **grey)
-            ratio = run.result["creep_force"] / np.maximum(run.result["normal_load"], 1.0)
+            ratio = run.result["creep_force"] / np.maximum(run.result["axle_load"], 1.0)
             at, path = np.abs(run.creepage), np.sign(run.creepage) * ratio
             last = np.flatnonzero(np.isfinite(at))[-1:]
             across = np.log(np.maximum(at, near) / near) / np.log(far / near) if wide else at / far

@@ -262,7 +262,7 @@ def _read_vehicle(data: Mapping[str, Any], cache: BuildCache) -> _Vehicle:
 
 def _check_plausible_body(contact: Given, body: Given) -> None:
     """Doubt radii and masses of a wheelset that do not fit its contacts."""
-    radius, load = body["radius"], body.get("wheels", 1) * contact["normal_load"]
+    radius, load = body["radius"], body.get("wheels", 1) * contact["wheel_load"]
     name = "radius_x" if "radius_x" in contact else "radius"
     ratio = contact.get(name, radius) / radius
     if ratio > SAME or ON_ROLLER < ratio < 1.0 / SAME:
@@ -275,7 +275,7 @@ def _check_plausible_body(contact: Given, body: Given) -> None:
         note_warning(
             "mass",
             f"wheelset.mass = {body['mass']:g} kg is less than its wheels carry, "
-            f"{load / STANDARD_GRAVITY:.4g} kg by contact.normal_load",
+            f"{load / STANDARD_GRAVITY:.4g} kg by contact.wheel_load",
         )
 
 

@@ -55,9 +55,9 @@ from contactlib.vehicle.continuous_control import (
     creepage_over_time,
 )
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
+from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
 from contactlib.vehicle.vehicle import Vehicle
-from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Wheelset
 
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
@@ -192,7 +192,7 @@ class Scenario(Parameters):
         wheelset is its share of the vehicle's.
     track : Track
         Friction, slope, grade and speed limit over distance, and friction over time.
-    wheel_load : WheelLoad or None
+    dynamic_load : DynamicLoad or None
         Factor on the static load of both wheels over time; None if the load is static.
     demand : Profile
         The driver's torque demand over time [N.m].
@@ -236,7 +236,7 @@ class Scenario(Parameters):
     drivetrain: Drivetrain
     vehicle: Vehicle | None = None
     track: Track = field(default_factory=Track)
-    wheel_load: WheelLoad | None = None
+    dynamic_load: DynamicLoad | None = None
     demand: Profile
     held_speed: Profile | None = None
     initial_speed: Annotated[float, SPEED]
@@ -287,10 +287,10 @@ class Scenario(Parameters):
                 f"drivetrain.wheelset.mass = {self.drivetrain.wheelset.mass!r} must be the "
                 f"vehicle's mass over its number of axles, {share!r}"
             )
-        if self.wheel_load is not None:
+        if self.dynamic_load is not None:
             raise ValueError(
-                "wheel_load is for one wheelset: a vehicle's loads follow from its forces; leave "
-                "out [wheel_load] or [vehicle]"
+                "dynamic_load is for one wheelset: a vehicle's loads follow from its forces; leave "
+                "out [dynamic_load] or [vehicle]"
             )
 
     @cached_property
@@ -311,7 +311,7 @@ class Scenario(Parameters):
             "[motor]": self.drivetrain.motor != Motor(),
             "[brake]": self.drivetrain.brake is not None,
             "[track]": self.track != Track(),
-            "[wheel_load]": self.wheel_load is not None,
+            "[dynamic_load]": self.dynamic_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
             'run.start = "released"': self.start == "released",
         }
@@ -385,7 +385,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "motor": Motor,
     "brake": Brake,
     "track": track_of,
-    "wheel_load": WheelLoad,
+    "dynamic_load": DynamicLoad,
     "held_speed": speed_over_time,
     "sensors": Sensors,
 }
@@ -400,7 +400,7 @@ ABSENT = (
     "vehicle",
     "axle",
     "brake",
-    "wheel_load",
+    "dynamic_load",
     "held_speed",
 )  # sections that are optional parts of a scenario
 KEYS = ("wheelset_changes", *(key for key in SECTIONS if key not in NEEDED))
@@ -588,7 +588,7 @@ def build_scenario(
         held_speed=held_speed,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
         speed_unit="km/h" if unit == unit_value("km/h", "m/s") else "m/s",
-        **{key: made[key] for key in ("vehicle", "track", "wheel_load", "demand", "sensors")},
+        **{key: made[key] for key in ("vehicle", "track", "dynamic_load", "demand", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )
 
@@ -610,15 +610,15 @@ def _check_plausible_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
     """Doubt numbers of a wheelset's file that do not fit the vehicle whose axles it describes."""
     resistance, wheels = wheelset.resistance, wheelset.element.wheels
     free = not (resistance.constant or resistance.linear or resistance.quadratic)
-    nominal, share = wheelset.element.contact.normal_load, vehicle.mass / vehicle.axles
+    nominal, share = wheelset.element.contact.wheel_load, vehicle.mass / vehicle.axles
     load = vehicle.own_mass * STANDARD_GRAVITY / vehicle.axles / wheels
     mass, gap = wheelset.mass or share, min(b - a for a, b in pairwise(vehicle.position))
     for key, fits, sentence in (
         ("wheels", wheels == 2, f"wheelset.wheels = {wheels:g}: each axle of a vehicle has 2"),
         (
-            "normal_load",
+            "wheel_load",
             1.0 / LOAD_RATIO < nominal / load < LOAD_RATIO,
-            f"contact.normal_load = {nominal:.4g} N, but by the vehicle's masses each wheel "
+            f"contact.wheel_load = {nominal:.4g} N, but by the vehicle's masses each wheel "
             f"carries {load:.4g} N at rest",
         ),
         (

@@ -196,7 +196,7 @@ def contact_of(given: Given) -> Contact:
             low, high = quantity.usual
             note_warning(
                 "contact.semi_axis_x",
-                f"contact: with the normal load of {contact.normal_load:g} N and Young's modulus, "
+                f"contact: with the normal load of {contact.wheel_load:g} N and Young's modulus, "
                 f"the semi-axes are those of a relative {key} of {radius:.4g} m: {low:g} to "
                 f"{high:g} m is usual",
             )

@@ -24,14 +24,19 @@ def process_zone_limit() -> float:
 # An FMU accepts all values that a tool's solver may try, such as the load of a wheel that lifts
 # off. In Python a load below zero, or zero friction, is a mistake.
 MINIMA = {"normal_load": 0.0, "friction_scale": 1e-6}
+# The load of all wheels of an element or wheelset: its name in Python, and in the kernel and FMUs.
+LOAD_IN_KERNEL = {"axle_load": "normal_load"}
 
 
 def _limits(kind: str, *roles: str, minima: Mapping[str, float] = MINIMA) -> dict[str, Limits]:
-    return {
+    limits = {
         v.name: replace(v.limits, at_least=minima.get(v.name, v.limits.at_least))
         for v in model_variables(kind)
         if v.role in roles
     }
+    if kind != "creep_forces":  # whose load is that of one contact in Python, too
+        limits["axle_load"] = limits.pop(LOAD_IN_KERNEL["axle_load"])
+    return limits
 
 
 @cache
@@ -110,7 +115,7 @@ class NativeForceElement:
         lib = library()
         self._table = table  # keeps what the structs below point to
         self._parameters = ffi.new("force_element_parameters *", dict(parameters))
-        names = ("omega", "speed", "normal_load", "friction_scale")
+        names = ("omega", "speed", "axle_load", "friction_scale")
         limits = [force_input_limits()[name] for name in names]
         ends = [[limit.at_least for limit in limits], [limit.at_most for limit in limits]]
         self.structs = table.struct, self._parameters

@@ -203,7 +203,7 @@ class ContactHeat(Parameters):
     --------
     >>> from contactlib.laws.hertz import LineContact
     >>> contact = LineContact.from_semi_width(
-    ...     semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3)
+    ...     semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3)
     >>> heat = ContactHeat(contact=contact)
     >>> round(0.3 * heat.mean_rise(creepage=0.05, speed=10.0).item(), 1)  # friction 0.3
     82.9

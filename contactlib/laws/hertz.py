@@ -23,7 +23,7 @@ from contactlib.laws.kalker import POISSON_RATIO, HalfSpaceScales, half_space_sc
 from contactlib.laws.relaxation import LINE, RelaxationLengths
 
 AXES = Limits(at_least=1e-30, at_most=1e30)  # ratio of an ellipse's axes
-NORMAL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
+WHEEL_LOAD = Quantity("N", above=0.0, usual=(500.0, 1e6))  # of one wheel
 SEMI_AXIS = Quantity("m", above=0.0, usual=(1e-5, 0.1))
 Theory = Literal["half_space", "strips"]
 ROLLING = Limits(above=0.0, at_most=20.0 * (1.0 + 1e-9))  # a/b of an ellipse on a half-space
@@ -103,7 +103,7 @@ class LineContact(Parameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._check_derived("normal_load", "semi_width", "peak_pressure")
+        self._check_derived("wheel_load", "semi_width", "peak_pressure")
 
     @classmethod
     @checks_call
@@ -113,7 +113,7 @@ class LineContact(Parameters):
         semi_width: Annotated[float, SEMI_AXIS],
         radius: float,
         contact_modulus: float,
-        normal_load: Annotated[float, NORMAL_LOAD],
+        wheel_load: Annotated[float, WHEEL_LOAD],
         poisson_ratio: float = poisson_ratio,
     ) -> LineContact:
         """Make the contact from its semi-width; the other numbers are the fields of the class.
@@ -122,21 +122,21 @@ class LineContact(Parameters):
         ----------
         semi_width : float
             Half-width a of a line contact in the rolling direction, under the nominal load [m].
-        normal_load : float
+        wheel_load : float
             Nominal load P of one wheel [N]. All scales follow the load of a run from here.
 
         Examples
         --------
         >>> contact = LineContact.from_semi_width(
-        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=110e3)
-        >>> round(contact.semi_width, 12), round(contact.normal_load, 6)
+        ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=110e3)
+        >>> round(contact.semi_width, 12), round(contact.wheel_load, 6)
         (0.005, 110000.0)
         """
         given = {
             "semi_width": semi_width,
             "radius": radius,
             "contact_modulus": contact_modulus,
-            "normal_load": normal_load,
+            "wheel_load": wheel_load,
         }
         per_length = derived(  # Eq. (5) for P
             "normal_load_per_length",
@@ -147,12 +147,12 @@ class LineContact(Parameters):
             normal_load_per_length=per_length,
             radius=radius,
             contact_modulus=contact_modulus,
-            length=derived("length", lambda: normal_load / per_length, given),
+            length=derived("length", lambda: wheel_load / per_length, given),
             poisson_ratio=poisson_ratio,
         )
 
     @property
-    def normal_load(self) -> float:
+    def wheel_load(self) -> float:
         """Nominal load of one wheel [N]."""
         return self.normal_load_per_length * self.length
 
@@ -220,7 +220,7 @@ class EllipticContact(Parameters):
 
     Parameters
     ----------
-    normal_load : float
+    wheel_load : float
         Nominal load P of one wheel [N]. All scales follow the load of a run from here.
     radius_x : float
         Relative radius of the two surfaces in the rolling direction x [m].
@@ -249,12 +249,12 @@ class EllipticContact(Parameters):
     Examples
     --------
     >>> ball = EllipticContact(
-    ...     normal_load=100e3, radius_x=0.5, radius_y=0.5, contact_modulus=115.4e9)
+    ...     wheel_load=100e3, radius_x=0.5, radius_y=0.5, contact_modulus=115.4e9)
     >>> round(1e3 * ball.semi_axis_x, 3), round(1e3 * ball.semi_axis_y, 3)
     (6.875, 6.875)
     """
 
-    normal_load: Annotated[float, NORMAL_LOAD]
+    wheel_load: Annotated[float, WHEEL_LOAD]
     radius_x: Annotated[float, Quantity("m", above=0.0, usual=(0.005, 5.0))]
     radius_y: Annotated[float, Quantity("m", above=0.0, usual=(0.005, 1e3))]
     contact_modulus: Annotated[float, Quantity("Pa", above=0.0)]
@@ -281,7 +281,7 @@ class EllipticContact(Parameters):
         *,
         semi_axis_x: Annotated[float, SEMI_AXIS],
         semi_axis_y: Annotated[float, SEMI_AXIS],
-        normal_load: float,
+        wheel_load: float,
         contact_modulus: float,
         poisson_ratio: float = poisson_ratio,
         theory: Theory = theory,
@@ -298,7 +298,7 @@ class EllipticContact(Parameters):
         Examples
         --------
         >>> contact = EllipticContact.from_semi_axes(
-        ...     semi_axis_x=6.304e-3, semi_axis_y=12.61e-3, normal_load=106.7e3,
+        ...     semi_axis_x=6.304e-3, semi_axis_y=12.61e-3, wheel_load=106.7e3,
         ...     contact_modulus=113.9e9)
         >>> round(contact.semi_axis_y, 12), round(contact.peak_pressure / 1e6, 1)
         (0.01261, 640.9)
@@ -306,17 +306,17 @@ class EllipticContact(Parameters):
         given = {
             "semi_axis_x": semi_axis_x,
             "semi_axis_y": semi_axis_y,
-            "normal_load": normal_load,
+            "wheel_load": wheel_load,
             "contact_modulus": contact_modulus,
         }
         derived("semi_axis_y/semi_axis_x", lambda: semi_axis_y / semi_axis_x, given, AXES)
 
         def radius(along: float, across: float) -> float:
-            stiffness = math.pi * contact_modulus / normal_load
+            stiffness = math.pi * contact_modulus / wheel_load
             return stiffness / kernel.hertz_integral(along, across)
 
         return cls(
-            normal_load=normal_load,
+            wheel_load=wheel_load,
             radius_x=derived("radius_x", lambda: radius(semi_axis_x, semi_axis_y), given),
             radius_y=derived("radius_y", lambda: radius(semi_axis_y, semi_axis_x), given),
             contact_modulus=contact_modulus,
@@ -327,7 +327,7 @@ class EllipticContact(Parameters):
     @cached_property
     def _semi_axes(self) -> tuple[float, float]:
         """Semi-axes a and b at the nominal load [m]."""
-        compliance = self.normal_load / (math.pi * self.contact_modulus)
+        compliance = self.wheel_load / (math.pi * self.contact_modulus)
         return kernel.hertz_semi_axes(self.radius_x, self.radius_y, compliance)
 
     @property
@@ -348,7 +348,7 @@ class EllipticContact(Parameters):
     @property
     def peak_pressure(self) -> float:
         """Largest pressure at the nominal load, p0 [Pa]."""
-        return 1.5 * self.normal_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
+        return 1.5 * self.wheel_load / (math.pi * self.semi_axis_x * self.semi_axis_y)  # Eq. (20)
 
     @property
     def transverse_half_length(self) -> float:

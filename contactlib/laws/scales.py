@@ -44,14 +44,14 @@ def contact_parameters(
         "semi_width": contact.semi_width,
         "peak_pressure": contact.peak_pressure,
         "contact_modulus": contact.tangential_modulus,
-        "nominal_load": contact.normal_load,
+        "nominal_load": contact.wheel_load,
         "load_exponent": contact.load_exponent,
     }
 
 
 def _scale(name: str, contact: Contact, friction: Friction, slope_reduction: float) -> float:
     parameters = contact_parameters(contact, friction, slope_reduction)
-    scales = kernel.contact_scales(parameters, contact.normal_load)
+    scales = kernel.contact_scales(parameters, contact.wheel_load)
     limits = POSITIVE if name == "saturation_creepage" else NOT_NEGATIVE
     return derived(name, lambda: getattr(scales, name), parameters, limits)
 
@@ -74,7 +74,7 @@ def k_hat(contact: Contact, friction: Friction) -> float:
     --------
     >>> from contactlib.laws.hertz import LineContact
     >>> contact = LineContact.from_semi_width(
-    ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3)
+    ...     semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=220e3)
     >>> round(k_hat(contact, Friction(static=0.45, kinetic=0.21, weakening_length=1.3e-6)), 3)
     0.3
     """

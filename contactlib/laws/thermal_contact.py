@@ -109,7 +109,7 @@ class ThermalContact(Parameters):
     --------
     >>> from contactlib.laws.hertz import LineContact
     >>> contact = LineContact.from_semi_width(
-    ...     semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3)
+    ...     semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3)
     >>> hot = ThermalContact(
     ...     heat=ContactHeat(contact=contact),
     ...     friction=Friction(static=0.3, kinetic=0.3, weakening_length=0.0),

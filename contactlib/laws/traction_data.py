@@ -33,7 +33,7 @@ from contactlib.base.quantities import (
 from contactlib.base.text import known_names, printable_line
 from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
-from contactlib.laws.hertz import NORMAL_LOAD
+from contactlib.laws.hertz import WHEEL_LOAD
 from contactlib.laws.zero_offset import zero_offset
 
 SI = {"creepage": "1", "traction_coefficient": "1", "speed": "m/s"}
@@ -140,7 +140,7 @@ class TractionData:
         columns: Sequence[str | int] | None = None,
         creepage_unit: str | None = None,
         speed: ArrayLike | None = None,
-        load: Annotated[float | None, NORMAL_LOAD] = None,
+        load: Annotated[float | None, WHEEL_LOAD] = None,
     ) -> TractionData:
         """Read a CSV file as it is.
 
@@ -299,7 +299,7 @@ def _read_columns(
             body = body[1:]
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
-    for name in ("normal_load", "friction_scale"):  # of a table for several
+    for name in ("axle_load", "friction_scale"):  # of a table for several
         at = names.index(name) if name in names else 0
         if name in names and len({cells[at] for _, cells in body if at < len(cells)}) > 1:
             raise ValueError(

@@ -97,7 +97,7 @@ class DrivetrainArrays(NamedTuple):
             np.array([body.inertia for body in bodies]),
             np.array([body.damping for body in bodies]),
             np.array([0.0 if body.mass is None else 1.0 / body.mass for body in bodies]),
-            np.array([element.friction.kinetic * element.normal_load for element in elements]),
+            np.array([element.friction.kinetic * element.axle_load for element in elements]),
             np.array([body.speed_held for body in bodies]),
             np.array([train.axle is None for train in drivetrains]),
             np.array(

@@ -41,8 +41,8 @@ from contactlib.traction.interface import STRONGEST, Controller
 from contactlib.traction.sensors import INDEX
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Brake, Motor
+from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile
-from contactlib.vehicle.wheel_load import WheelLoad
 
 LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
 FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
@@ -62,12 +62,12 @@ class ManyProfiles:
 
     Parameters
     ----------
-    profiles : sequence of Profile or WheelLoad
+    profiles : sequence of Profile or DynamicLoad
         One for each wheelset.
     """
 
-    def __init__(self, profiles: Sequence[Profile | WheelLoad]) -> None:
-        distinct: dict[Profile | WheelLoad, list[int]] = {}
+    def __init__(self, profiles: Sequence[Profile | DynamicLoad]) -> None:
+        distinct: dict[Profile | DynamicLoad, list[int]] = {}
         for i, profile in enumerate(profiles):
             distinct.setdefault(profile, []).append(i)
         self._steady = np.zeros(len(profiles))
@@ -249,7 +249,7 @@ def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
     It is `longest`, or less: a twentieth of the period of an elastic axle's swing, a tenth of the
     shortest period in the wheel load.
     """
-    load, axle = scenario.wheel_load, scenario.drivetrain.axle
+    load, axle = scenario.dynamic_load, scenario.drivetrain.axle
     if load is not None and load.highest_frequency > 0.0:
         longest = min(longest, 0.1 / load.highest_frequency)
     if axle is not None:
@@ -424,8 +424,8 @@ class Plant:
         self._cleaning = np.array([track.cleaning for track in self.tracks])
         self._inputs["recovered"] = [track.recovered for track in self.tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
-        self._load = np.array([0.5 * body.element.normal_load for body in bodies])
-        loads = [scenario.wheel_load or STATIC for scenario in scenarios]
+        self._load = np.array([0.5 * body.element.axle_load for body in bodies])
+        loads = [scenario.dynamic_load or STATIC for scenario in scenarios]
         self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
 
     @property

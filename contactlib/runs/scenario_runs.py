@@ -158,7 +158,7 @@ def run_scenario(
         progress(kept.add(block))
     result = next(kept.results())
     warn_of_damage(result)
-    distance, load = result["distance"], float(result["normal_load"].max())
+    distance, load = result["distance"], float(result["axle_load"].max())
     for warning in (
         scenario.rails.warning(float(distance.min()), float(distance.max())),
         scenario.drivetrain.wheelset.element.warning(load),
@@ -272,7 +272,7 @@ def _continuous_run(
         tolerance=tolerance,
         progress=progress,
     )
-    conditions = {name: result[name] for name in ("speed", "normal_load", "friction_scale")}
+    conditions = {name: result[name] for name in ("speed", "axle_load", "friction_scale")}
     known = {**result.signals, "available_force": available_force(wheelset.element, **conditions)}
     units = {**UNITS, **result.units}
     return Result(result.time, {name: known[name] for name in units}, units, result.events)
@@ -502,7 +502,7 @@ def _watch(
             distance = block["distance"]
             low = np.minimum(low, distance.min(axis=0))
             high = np.maximum(high, distance.max(axis=0))
-            largest = np.maximum(largest, block["normal_load"].max(axis=0))
+            largest = np.maximum(largest, block["axle_load"].max(axis=0))
             if kept is not None:
                 kept.add(block)
             report(block.time.size * len(runs.trains))
@@ -541,7 +541,7 @@ def _groups(
         if late not in delays:
             delays[late] = scenario.sensors.samples_of_delay(control.sample_time)
         falls = scenario.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        loads = scenario.wheel_load is None, _axles(scenario)
+        loads = scenario.dynamic_load is None, _axles(scenario)
         kind = scenario.drivetrain.kind, falls, loads, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)

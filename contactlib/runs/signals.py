@@ -62,7 +62,7 @@ SIGNALS = {  # of sampled runs, in this order; `Block` computes those that the k
     "friction_scale_right": Signal("1", "factor on friction, right wheel"),
     "slope_scale": Signal("1", "factor on the initial slope of the creep force"),
     "grade": Signal("1", "rise of the track over distance, beside the vehicle's own"),
-    "normal_load": Signal("N", "normal load"),
+    "axle_load": Signal("N", "axle load"),
     "falling_branch": Signal("1", "1 where the creep force falls with creepage, else 0"),
     "distance": Signal("m", "distance travelled"),
     "drive_work": Signal("J", "work of the drive"),
@@ -84,9 +84,9 @@ CONTINUOUS = {  # of a run under a continuous controller, before those of sample
     "creep_force": SIGNALS["creep_force"]._replace(sides=False),
     "creepage": SIGNALS["creepage"]._replace(sides=False),
     "normalized_creepage": Signal("1", "creepage over saturation creepage"),
-    "traction_coefficient": Signal("1", "creep force over normal load"),
+    "traction_coefficient": Signal("1", "creep force over axle load"),
     "slip_velocity": SIGNALS["slip_velocity"],
-    "normal_load": SIGNALS["normal_load"],
+    "axle_load": SIGNALS["axle_load"],
     "friction_scale": Signal("1", "factor on friction"),
     "resistance_force": Signal("N", "resistance force beside the vehicle's own"),
     "falling_branch": SIGNALS["falling_branch"],
@@ -278,11 +278,11 @@ class Block:
         return np.asarray(np.maximum(*sides))
 
     def _available_force(self) -> FloatArray:
-        names = "speed", "friction_scale_left", "friction_scale_right", "slope_scale", "normal_load"
+        names = "speed", "friction_scale_left", "friction_scale_right", "slope_scale", "axle_load"
         available: Any = self._source.available
         return np.asarray(available(*(self[name] for name in names)))
 
-    def _normal_load(self) -> FloatArray:
+    def _axle_load(self) -> FloatArray:
         return np.asarray(self._inputs["load_left"] + self._inputs["load_right"])
 
     def _energy_defect(self) -> FloatArray:

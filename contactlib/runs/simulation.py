@@ -58,7 +58,7 @@ def simulate(
     initial_speed: float,
     duration: float | None = None,
     initial_creepage: float | None = None,
-    normal_load: float | Profile | None = None,
+    axle_load: float | Profile | None = None,
     friction_scale: float | Profile = 1.0,
     resistance_force: float | Profile = 0.0,
     slip_away_creepage: float | None = None,
@@ -85,7 +85,7 @@ def simulate(
         Creepage at the start [1]. Default: the reference creepage of creep control, or the
         creepage on the stable branch that holds the first torque; below the minimum speed and
         backwards, zero. A contact with memory has rolled steadily before.
-    normal_load, friction_scale, resistance_force : float or Profile, optional
+    axle_load, friction_scale, resistance_force : float or Profile, optional
         Inputs over time [N, 1, N].
     slip_away_creepage : float, optional
         Threshold of the slip-away event [1]. Default: ten times the saturation creepage.
@@ -131,9 +131,9 @@ def simulate(
     if unknown:
         known = ", ".join((PEAK_PASSED, SLIP_AWAY, STANDSTILL))
         raise ValueError(f"stop_at = {sorted(unknown)!r} must be names of events: {known}")
-    nominal_load = wheelset.element.normal_load
+    nominal_load = wheelset.element.axle_load
     given_inputs = {
-        "normal_load": nominal_load if normal_load is None else normal_load,
+        "axle_load": nominal_load if axle_load is None else axle_load,
         "friction_scale": friction_scale,
         "resistance_force": resistance_force,
     }
@@ -175,7 +175,7 @@ def simulate(
     }
     crossings = [{**event, "ends": name in stop_at} for name, event in passing.items()]
     row = {"speed": initial_speed, "omega": omega, "integral_torque": controller.start(torque)}
-    rolling = omega, initial_speed, given["normal_load"], given["friction_scale"]
+    rolling = omega, initial_speed, given["axle_load"], given["friction_scale"]
     row |= wheelset.element.rolling_native.steady_memory(*rolling)
     held = wheelset.element.friction.kinetic * nominal_load
     memory = kernel.memory_states()
@@ -218,7 +218,7 @@ def simulate(
     columns |= {name: np.concatenate([part[name] for part in inputs]) for name in profiles}
     result = continuous_result(wheelset, controller, columns, tuple(events), signals)
     warn_of_damage(result)
-    if warning := wheelset.element.warning(float(max(profiles["normal_load"].value))):
+    if warning := wheelset.element.warning(float(max(profiles["axle_load"].value))):
         warn(warning)
     return result
 
@@ -255,7 +255,7 @@ def continuous_result(
     count = columns["time"].size
     inputs = np.zeros((count, 1), kernel.drivetrain_dtype("input"))
     states = np.zeros((count, 1), kernel.drivetrain_dtype("state"))
-    half, friction = 0.5 * columns["normal_load"], columns["friction_scale"]
+    half, friction = 0.5 * columns["axle_load"], columns["friction_scale"]
     of_inputs = {
         "commanded_torque": columns["drive_torque"],
         "resistance_force": columns["resistance_force"],

@@ -115,11 +115,11 @@ def motion(
     """
     inputs = {
         "reference": drive_torque,
-        "normal_load": at.normal_load,
+        "axle_load": at.axle_load,
         "friction_scale": at.friction_scale,
         "resistance_force": at.resistance_force,
     }
-    held = wheelset.element.friction.kinetic * at.normal_load
+    held = wheelset.element.friction.kinetic * at.axle_load
     scale = {"speed": at.speed, "distance": at.speed * abs(horizon)}
     scale |= {"held_force": held, "unslipped": 1.0, "outer_force": held}
     works = "drive_work", "creep_work", "resistance_work", "loss_work"
@@ -192,7 +192,7 @@ def basin(
     except ValueError:
         raise ValueError(
             f"drive_torque = {drive_torque!r} is out of range: no stable state below the peak at "
-            f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, friction_scale = "
+            f"speed = {at.speed!r}, axle_load = {at.axle_load!r}, friction_scale = "
             f"{at.friction_scale!r}, resistance_force = {at.resistance_force!r}"
         ) from None
     borders = [-math.inf, math.inf]
@@ -227,7 +227,7 @@ def _border(curve: CreepCurve, torque: float, grip: float, creepage: float) -> f
         return creepage
     side = math.copysign(1.0, creepage)
     farthest = 1e5 * wheelset.element.saturation_creepage_at(
-        normal_load=at.normal_load, friction_scale=at.friction_scale
+        axle_load=at.axle_load, friction_scale=at.friction_scale
     )
     beyond = side * np.geomspace(abs(creepage), max(2.0 * abs(creepage), farthest), 400)
     # Rate of the slip velocity r omega - V, that is V dzeta/dt + zeta dV/dt [m/s2].

@@ -133,7 +133,7 @@ def _with_memory(wheelset: Wheelset, at: Conditions, torque: float, slope: float
     border, side = steady.border, math.copysign(1.0, torque)
     settling = SETTLED * wheelset.element.memory_scales.relaxation_length
     omega = (1.0 + border.creepage) * at.speed / wheelset.radius
-    rolling = omega, at.speed, at.normal_load, 1.0
+    rolling = omega, at.speed, at.axle_load, 1.0
     held = wheelset.element.rolling_native.steady_memory(*rolling)
     first = {"speed": at.speed, "omega": omega, **held}
 

@@ -69,7 +69,7 @@ def creep_control_gain(wheelset: Wheelset, point: OperatingPoint) -> float:
     7.43
     """
     at = wheelset.conditions(
-        speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
+        speed=point.speed, axle_load=point.axle_load, friction_scale=point.friction_scale
     )
     return float(CreepCurve(wheelset, at).minimum_gain(point.creepage))
 

@@ -92,7 +92,7 @@ def poles(
     creepage: ArrayLike,
     *,
     speed: ArrayLike,
-    normal_load: ArrayLike | None = None,
+    axle_load: ArrayLike | None = None,
     friction_scale: ArrayLike = 1.0,
 ) -> NDArray[np.complex128]:
     """Eigenvalues of the wheelset at operating points, by falling real part [1/s].
@@ -101,7 +101,7 @@ def poles(
     ----------
     wheelset : Wheelset
         The wheelset, with torque and outer forces that balance each point.
-    creepage, speed, normal_load, friction_scale : array_like
+    creepage, speed, axle_load, friction_scale : array_like
         Points [1, m/s, N, 1]; they broadcast.
 
     Returns
@@ -116,14 +116,14 @@ def poles(
     ValueError
         If a value is out of range; the speed must be at least the element's minimum speed.
     """
-    return _eigenvalues(wheelset, creepage, speed, normal_load, friction_scale)
+    return _eigenvalues(wheelset, creepage, speed, axle_load, friction_scale)
 
 
 def _eigenvalues(
     wheelset: Wheelset,
     creepage: ArrayLike,
     speed: ArrayLike,
-    normal_load: ArrayLike | None,
+    axle_load: ArrayLike | None,
     friction_scale: ArrayLike,
     *,
     away: bool = False,
@@ -136,8 +136,8 @@ def _eigenvalues(
     zeta = checked("creepage", creepage, limits)
     common_shape({"creepage": zeta, "speed": v})
     r, j, b = wheelset.radius, wheelset.inertia, wheelset.damping
-    load = wheelset.element.normal_load if normal_load is None else normal_load
-    given = {"normal_load": load, "friction_scale": friction_scale}
+    load = wheelset.element.axle_load if axle_load is None else axle_load
+    given = {"axle_load": load, "friction_scale": friction_scale}
     contact = wheelset.element.evaluate(omega=(1.0 + zeta) * v / r, speed=v, **given)
     if wheelset.element.memory:
         matrices = wheelset.jacobians(zeta, speed=v, **given)
@@ -166,7 +166,7 @@ def fast_pole(
     creepage: ArrayLike,
     *,
     speed: ArrayLike,
-    normal_load: ArrayLike | None = None,
+    axle_load: ArrayLike | None = None,
     friction_scale: ArrayLike = 1.0,
 ) -> FloatArray:
     """Real part of the eigenvalue of the creepage at operating points [1/s].
@@ -176,7 +176,7 @@ def fast_pole(
     Of a contact with memory it is the growth of a slip-away, see `Wheelset.jacobians`; the
     eigenvalue of the held force counts if it decays more slowly.
     """
-    both = _eigenvalues(wheelset, creepage, speed, normal_load, friction_scale, away=True).real
+    both = _eigenvalues(wheelset, creepage, speed, axle_load, friction_scale, away=True).real
     first, own = both[..., 0], both[..., 0 if wheelset.speed_held else 1]
     return np.asarray(np.where(first > 0.0, first, own))
 
@@ -238,7 +238,7 @@ def reduced_frequency(
     """
     at = wheelset.conditions(at, **given)
     p = wheelset.element.parameters
-    growth = (at.normal_load / p["nominal_load"]) ** p["load_exponent"]
+    growth = (at.axle_load / p["nominal_load"]) ** p["load_exponent"]
     return np.asarray(np.abs(checked("rate", rate, MODERATE)) * p["semi_width"] * growth / at.speed)
 
 

@@ -141,7 +141,7 @@ def s_curve(
 def _whole_branch(curve: CreepCurve, fold: Fold | None) -> FloatArray:
     """Creepages from zero to the point at which the torque of the fold is reached again."""
     scale = curve.wheelset.element.saturation_creepage_at(
-        normal_load=curve.at.normal_load, friction_scale=curve.at.friction_scale
+        axle_load=curve.at.axle_load, friction_scale=curve.at.friction_scale
     )
     end, marks = 100.0 * scale, np.array([])
     if fold is not None and math.isfinite(fold.return_creepage):

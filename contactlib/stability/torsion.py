@@ -112,7 +112,7 @@ def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatAr
 
 def _contact_at(wheelset: Wheelset, point: OperatingPoint) -> ContactConditions:
     at = wheelset.conditions(
-        speed=point.speed, normal_load=point.normal_load, friction_scale=point.friction_scale
+        speed=point.speed, axle_load=point.axle_load, friction_scale=point.friction_scale
     )
     return at.contact
 
@@ -195,7 +195,7 @@ class AntiphaseForce:
         limits = creepage_limits(wheelset.element, point.speed)
         self._largest = min(limits.at_most - point.creepage, point.creepage - limits.at_least)
         self._scale = wheelset.element.saturation_creepage_at(
-            normal_load=point.normal_load, friction_scale=point.friction_scale
+            axle_load=point.axle_load, friction_scale=point.friction_scale
         )
 
     def __call__(self, deviation: ArrayLike) -> Any:
@@ -208,7 +208,7 @@ class AntiphaseForce:
         record = self._wheelset.element.at_creepage(
             creepage,
             speed=self._point.speed,
-            normal_load=self._point.normal_load,
+            axle_load=self._point.axle_load,
             friction_scale=self._point.friction_scale,
         )
         return np.asarray(record["creep_force"])
@@ -246,7 +246,7 @@ class AntiphaseForce:
                 turn * length / (2.0 * math.pi),
                 point.speed,
                 ROLLING_TOLERANCE,
-                point.normal_load,
+                point.axle_load,
                 point.friction_scale,
             )
             for side in (1.0, -1.0)
@@ -381,7 +381,7 @@ def bistable_range(
         return highest
 
     scale = wheelset.element.saturation_creepage_at(
-        normal_load=at.normal_load, friction_scale=at.friction_scale
+        axle_load=at.axle_load, friction_scale=at.friction_scale
     )
     grid = scale * np.geomspace(0.05, 100.0, 601)
     growths = np.array([growth(z) for z in grid])
@@ -435,7 +435,7 @@ def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArra
     own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
     force = AntiphaseForce(wheelset, point, drivetrain.torsional_frequency)
     scale = wheelset.element.saturation_creepage_at(
-        normal_load=point.normal_load, friction_scale=point.friction_scale
+        axle_load=point.axle_load, friction_scale=point.friction_scale
     )
 
     def rate(amplitude: ArrayLike) -> FloatArray:

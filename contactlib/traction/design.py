@@ -64,7 +64,7 @@ def sticking(wheelset: Wheelset, speed: float, sensors: Sensors) -> dict[str, fl
     slope = element.steepest_gradient(speed) * speed
     return {
         "speed_noise": math.hypot(sensors.wheel_speed_noise, sensors.vehicle_speed_noise),
-        "stick_torque": STICKS * radius * element.normal_load,
+        "stick_torque": STICKS * radius * element.axle_load,
         "stick_compliance": float(1.0 / (radius * slope)),
     }
 
@@ -88,7 +88,7 @@ def slip_gains(
         window = proportional_window(product / delay, delay=delay)
         rate = math.sqrt(window.lowest * window.highest)
         if sensors.wheel_speed_noise > 0.0:
-            torque = wheelset.radius * wheelset.element.normal_load
+            torque = wheelset.radius * wheelset.element.axle_load
             noisy = TORQUE_NOISE * torque / sensors.wheel_speed_noise  # largest gain [N.s]
             rate = min(rate, noisy * wheelset.radius / wheelset.inertia)
         rates.append(rate)

@@ -211,7 +211,7 @@ class SlopeSeeking(SlipLimiter):
             **gains,
             "minimum_slip": minimum_slip(sensors, sample_time, filter_time),
             "first_compliance": FIRST * stick["stick_compliance"],
-            "minimum_load": MIN_TRACTION * wheelset.radius * wheelset.element.normal_load,
+            "minimum_load": MIN_TRACTION * wheelset.radius * wheelset.element.axle_load,
             **stick,
         }
         designed = cls(**{**known, **given})

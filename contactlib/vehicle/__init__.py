@@ -5,9 +5,9 @@ from contactlib.vehicle.conditions import Conditions, OperatingPoint
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
+from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile, RailState, Track
 from contactlib.vehicle.vehicle import Vehicle
-from contactlib.vehicle.wheel_load import WheelLoad
 from contactlib.vehicle.wheelset import Resistance, Wheelset
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "CreepControl",
     "CreepCurve",
     "Drivetrain",
+    "DynamicLoad",
     "Fold",
     "Motor",
     "OperatingPoint",
@@ -28,7 +29,6 @@ __all__ = [
     "TorqueControl",
     "Track",
     "Vehicle",
-    "WheelLoad",
     "Wheelset",
     "WorstPole",
     "available_force",

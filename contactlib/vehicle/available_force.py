@@ -41,7 +41,7 @@ def available_force(
     element: ForceElement,
     *,
     speed: ArrayLike,
-    normal_load: ArrayLike | None = None,
+    axle_load: ArrayLike | None = None,
     friction_scale: ArrayLike = 1.0,
     other_friction_scale: ArrayLike | None = None,
 ) -> FloatArray:
@@ -58,7 +58,7 @@ def available_force(
         The contact.
     speed : array_like
         Forward velocity [m/s].
-    normal_load : array_like, optional
+    axle_load : array_like, optional
         Load of the contact [N]. Default: its nominal load.
     friction_scale : array_like, optional
         Factor on both friction coefficients [1]. Default: 1.
@@ -88,7 +88,7 @@ def available_force(
     limits = kernel.force_input_limits()
     given = {
         "speed": speed,
-        "normal_load": element.normal_load if normal_load is None else normal_load,
+        "axle_load": element.axle_load if axle_load is None else axle_load,
         "friction_scale": friction_scale,
     }
     arrays = {name: checked(name, value, limits[name]) for name, value in given.items()}
@@ -159,7 +159,7 @@ class AvailableForce:
                 self._level[j, :, i] = level
                 self._case[j, i] = cases.setdefault((bodies[key], *level), len(cases))
         self._fleet = kernel.NativeFleet([body.member() for body in self._bodies])
-        self._nominal = np.array([body.wheelset.element.normal_load for body in self._bodies])
+        self._nominal = np.array([body.wheelset.element.axle_load for body in self._bodies])
         self._of_case = np.array(list(cases))
         # One column for each octave of each case; nan if its polynomial has not converged.
         columns = len(cases) * self._octaves * self._load_octaves

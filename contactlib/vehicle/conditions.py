@@ -13,7 +13,7 @@ from contactlib.base.quantities import FloatArray
 class GivenInputs(TypedDict, total=False):
     """Keyword arguments of `Wheelset.conditions` except the speed."""
 
-    normal_load: float | None
+    axle_load: float | None
     friction_scale: float
     resistance_force: float
 
@@ -28,7 +28,7 @@ class ContactConditions(TypedDict):
     """The conditions that the creep force depends on."""
 
     speed: float
-    normal_load: float
+    axle_load: float
     friction_scale: float
 
 
@@ -40,8 +40,8 @@ class Conditions:
     ----------
     speed : float
         Forward speed V [m/s].
-    normal_load : float
-        Load P of the contact [N].
+    axle_load : float
+        Load P of all wheels together [N].
     friction_scale : float
         Factor on both friction coefficients [1].
     resistance_force : float
@@ -49,7 +49,7 @@ class Conditions:
     """
 
     speed: float
-    normal_load: float
+    axle_load: float
     friction_scale: float
     resistance_force: float
 
@@ -58,7 +58,7 @@ class Conditions:
         """The part that the creep force depends on, as keyword arguments of a `ForceElement`."""
         return {
             "speed": self.speed,
-            "normal_load": self.normal_load,
+            "axle_load": self.axle_load,
             "friction_scale": self.friction_scale,
         }
 
@@ -71,7 +71,7 @@ class OperatingPoint:
     ----------
     omega, speed, creepage : float
         State [rad/s, m/s, 1].
-    drive_torque, resistance_force, normal_load, friction_scale : float
+    drive_torque, resistance_force, axle_load, friction_scale : float
         Inputs [N.m, N, N, 1].
     creep_force : float
         Q [N].
@@ -91,7 +91,7 @@ class OperatingPoint:
     creepage: float
     drive_torque: float
     resistance_force: float
-    normal_load: float
+    axle_load: float
     friction_scale: float
     creep_force: float
     creep_force_slope: float

@@ -200,7 +200,7 @@ class CreepCurve:
         if points.size == 0:
             at = self.at
             raise ValueError(
-                f"speed = {at.speed!r}, normal_load = {at.normal_load!r}, "
+                f"speed = {at.speed!r}, axle_load = {at.axle_load!r}, "
                 f"friction_scale = {at.friction_scale!r}, damping = {self.wheelset.damping!r}: the "
                 "torque has no maximum over creepage, so there is no fold; "
                 f"{flattening(self.wheelset)}"

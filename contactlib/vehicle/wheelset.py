@@ -46,7 +46,7 @@ INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
 STATES = ("omega", "speed", "held_force", "unslipped")
 # Part by which a state of the memory is put to one side of steady rolling.
 PERTURBATION = 1e-9
-SIGNALS_IN = ("drive_torque", "normal_load", "friction_scale", "resistance_force")
+SIGNALS_IN = ("drive_torque", "axle_load", "friction_scale", "resistance_force")
 SIGNALS_OUT = ("omega", "speed", "creepage", "creep_force")
 
 
@@ -160,7 +160,7 @@ class Wheelset(Parameters):
             Conditions to start from; needed unless `speed` is given.
         speed : float
             Forward speed, at least the element's minimum speed [m/s].
-        normal_load : float, optional
+        axle_load : float, optional
             Load of all wheels together [N]. Default: the nominal one.
         friction_scale : float, optional
             Factor on both friction coefficients [1]. Default: 1.
@@ -181,11 +181,11 @@ class Wheelset(Parameters):
             known = {**vars(at), **given}
         if "speed" not in known:
             raise TypeError("speed is missing: give it, or conditions that contain it")
-        if known.get("normal_load") is None:
-            known["normal_load"] = self.element.normal_load
+        if known.get("axle_load") is None:
+            known["axle_load"] = self.element.axle_load
         limits = kernel.wheelset_limits()
         limits = {**limits, "speed": replace(limits["speed"], at_least=self.element.minimum_speed)}
-        order = ("speed", "normal_load", "friction_scale", "resistance_force")
+        order = ("speed", "axle_load", "friction_scale", "resistance_force")
         if unknown := set(known) - set(order):
             raise TypeError(f"{min(unknown)} is not a condition: known are {', '.join(order)}")
         return Conditions(**{n: checked_number(n, known[n], limits[n]) for n in order})
@@ -195,12 +195,12 @@ class Wheelset(Parameters):
         omega: float,
         speed: float,
         drive_torque: float,
-        normal_load: float,
+        axle_load: float,
         friction_scale: float,
         resistance_force: float,
     ) -> tuple[Any, Any]:
         """Kernel structs (rates, contact) of one state. Checks nothing: for integrators."""
-        contact = self.element.native.evaluate_one(omega, speed, normal_load, friction_scale)
+        contact = self.element.native.evaluate_one(omega, speed, axle_load, friction_scale)
         return self.native.motion(omega, speed, drive_torque, resistance_force, contact), contact
 
     def balanced(
@@ -226,7 +226,7 @@ class Wheelset(Parameters):
             If a value is out of range; the speed must be at least the element's minimum speed.
         """
         at = self.conditions(at, **given)
-        speed, load, friction_scale = at.speed, at.normal_load, at.friction_scale
+        speed, load, friction_scale = at.speed, at.axle_load, at.friction_scale
         creepage = checked_number("creepage", creepage, FINITE)
         record = self.element.at_creepage(creepage, **at.contact)
         omega, force = (1.0 + creepage) * speed / self.radius, float(record["creep_force"])
@@ -240,7 +240,7 @@ class Wheelset(Parameters):
             creepage=creepage,
             drive_torque=-self.inertia * free.omega_rate,
             resistance_force=0.0 if self.mass is None else self.mass * free.speed_rate,
-            normal_load=load,
+            axle_load=load,
             friction_scale=friction_scale,
             creep_force=force,
             creep_force_slope=contact.force_gradient * abs(speed),
@@ -265,14 +265,14 @@ class Wheelset(Parameters):
         creepage: ArrayLike,
         *,
         speed: ArrayLike,
-        normal_load: ArrayLike,
+        axle_load: ArrayLike,
         friction_scale: ArrayLike = 1.0,
     ) -> FloatArray:
         """Jacobians of the equations of motion at points of steady rolling.
 
         Parameters
         ----------
-        creepage, speed, normal_load, friction_scale : array_like
+        creepage, speed, axle_load, friction_scale : array_like
             Points [1, m/s, N, 1]; they broadcast. Checked by the caller.
 
         Returns
@@ -292,7 +292,7 @@ class Wheelset(Parameters):
         slides (models/locomotive.toml), and faster by up to 8 % and 23 % where part of it sticks,
         as friction falls with slip speed too.
         """
-        given = np.broadcast_arrays(creepage, speed, normal_load, friction_scale)
+        given = np.broadcast_arrays(creepage, speed, axle_load, friction_scale)
         inputs = np.zeros(given[0].shape, kernel.struct_dtype("force_element_input"))
         inputs["omega"] = (1.0 + given[0]) * given[1] / self.radius
         for name, values in zip(("speed", "normal_load", "friction_scale"), given[1:], strict=True):
@@ -341,7 +341,7 @@ class Wheelset(Parameters):
         speed : float, optional
             Held forward speed [m/s]; needed if, and only if, the wheelset has no mass. A free
             wheelset runs at the speed where the resistance equals the creep force.
-        normal_load, friction_scale, resistance_force : float, optional
+        axle_load, friction_scale, resistance_force : float, optional
             See `conditions` [N, 1, N].
 
         Raises
@@ -380,7 +380,7 @@ class Wheelset(Parameters):
             self.element.native,
             self.native,
             speed=at.speed,
-            normal_load=[at.normal_load] * 2,
+            normal_load=[at.axle_load] * 2,
             friction_scale=[at.friction_scale] * 2,
             resistance_force=at.resistance_force,
             balanced=float(balanced),
@@ -399,7 +399,7 @@ class Wheelset(Parameters):
             point.omega,
             point.speed,
             point.drive_torque,
-            point.normal_load,
+            point.axle_load,
             point.friction_scale,
             point.resistance_force,
         )
@@ -427,7 +427,7 @@ class Wheelset(Parameters):
         """The equations of motion, for python-control.
 
         States as in `states`, with memory also ``outer_force``; inputs ``drive_torque``,
-        ``normal_load``, ``friction_scale`` and ``resistance_force``, all needed in this order;
+        ``axle_load``, ``friction_scale`` and ``resistance_force``, all needed in this order;
         outputs ``omega``, ``speed``, ``creepage``, ``creep_force``. For a short pulse of an input
         `control.input_output_response` needs a ``max_step`` in its ``solve_ivp_kwargs``, as it
         steps over the pulse; `simulate` does not.

@@ -61,7 +61,7 @@ const DECLARED: ByName<Limit> = Object.fromEntries(
 const OWN: ByName<[unit: string, at_least: number, at_most: number]> = {
   semi_width: ["m", 1e-6, 1],
   peak_pressure: ["Pa", 1e6, 1e11],
-  normal_load: ["N", 1, 1e8],
+  axle_load: ["N", 1, 1e8],
   youngs_modulus: ["Pa", 1e9, 1e13],
   static_friction: ["1", 1e-4, 10],
   kinetic_friction: ["1", 1e-4, 10],

@@ -42,7 +42,7 @@ export function readModel(text: string): Vehicle {
   const vehicle = {
     name: textOf("name", data["name"] ?? "Unnamed"),
     source: textOf("source", data["source"] ?? "not stated"),
-    ...contactOf(readSection("contact", data), theory),
+    ...contactOf(readSection("contact", data), wheelset["wheels"]!, theory),
     theory: theory ?? THEORIES[0],
     memory,
     ...Object.fromEntries(keys.map(([key, value]) => [vehicleField(key), value])),
@@ -54,7 +54,6 @@ export function readModel(text: string): Vehicle {
   }
   if (wheelset["inertia"] === null) refuse("wheelset.inertia is missing: this page shows wheelsets");
   vehicle.inertia += rotorOf(wheelset);
-  vehicle.normal_load *= vehicle.wheels;
   vehicle.k_hat = kHatOf(vehicle, friction);
   for (const { problem } of brokenTogether({ ...vehicle, speed: Infinity })) {
     refuse(`friction: ${problem.replaceAll("_friction", "")}`);
@@ -113,20 +112,20 @@ function checkLaw(data: Table): void {
 }
 
 /** The contact of the one pair of keys that [contact] gives. */
-function contactOf(section: Numbers, theory: string | undefined): Partial<Vehicle> {
+function contactOf(section: Numbers, wheels: number, theory: string | undefined): Partial<Vehicle> {
   const given = CONTACTS.flat().filter((key) => section[key] !== null);
   if (!CONTACTS.some((pair) => pair.join() === given.join())) {
     const pairs = CONTACTS.map((pair) => pair.join(" and ")).join(", or ");
     refuse(`contact.${pairs}: give exactly one of these pairs, not ${given.join(" and ") || "nothing"}`);
   }
-  const { normal_load, youngs_modulus, poisson_ratio } = section as Record<string, number>;
-  const elastic = { normal_load, youngs_modulus, poisson_ratio } as Vehicle;
-  const load = elastic.normal_load, modulus = contactModulus(elastic);
+  const { wheel_load: load, youngs_modulus, poisson_ratio } = section as Record<string, number>;
+  const elastic = { axle_load: load! * wheels, youngs_modulus, poisson_ratio } as Vehicle;
+  const modulus = contactModulus(elastic);
   const [first, second] = given.map((key) => section[key]) as [number, number];
   const isLine = given[0] === "semi_width";
   const [a, b] = given[0] !== "radius_x" ? [first, second]
-    : kernel.semiAxes(first, second, load / (Math.PI * modulus));
-  const pressure = isLine ? (a * modulus) / (2 * second) : (1.5 * load) / (Math.PI * a * b); // Eqs. (5), (20)
+    : kernel.semiAxes(first, second, load! / (Math.PI * modulus));
+  const pressure = isLine ? (a * modulus) / (2 * second) : (1.5 * load!) / (Math.PI * a * b); // Eqs. (5), (20)
   if (!(a > 0 && Number.isFinite(a) && pressure > 0 && Number.isFinite(pressure))) {
     refuse(`contact.${given.join(" and ")} = ${first} and ${second} give a semi-width of ${a} m and ` +
       `a pressure of ${pressure} Pa: must be finite and > 0`);
@@ -165,13 +164,13 @@ function slopeReductionOf(vehicle: Vehicle, section: Numbers): number {
 }
 
 /**
- * A file that contactlib.load_model reads to this vehicle, whose nominal load is `normalLoad` [N].
+ * A file that contactlib.load_model reads to this vehicle, whose axle load is `axleLoad` [N].
  * Throws a ModelError where Python would refuse the file.
  */
-export function writeModel(vehicle: Vehicle, normalLoad: number): string {
-  const v = atLoad(vehicle, normalLoad), fields = new Map(Object.entries(v));
+export function writeModel(vehicle: Vehicle, axleLoad: number): string {
+  const v = atLoad(vehicle, axleLoad), fields = new Map(Object.entries(v));
   const { semi_width: a, peak_pressure: p0, youngs_modulus, poisson_ratio } = v;
-  const normal_load = v.normal_load / v.wheels;
+  const wheel_load = v.axle_load / v.wheels;
   const shape = v.contact === "line"
     ? { semi_width: a, radius: (a * contactModulus(v)) / (2 * p0) } // Eq. (5)
     : { semi_axis_x: a, semi_axis_y: lateralSemiAxis(v), theory: v.theory };
@@ -182,7 +181,7 @@ export function writeModel(vehicle: Vehicle, normalLoad: number): string {
   const data = {
     name: v.name,
     source: v.source,
-    contact: { ...shape, normal_load, youngs_modulus, poisson_ratio, memory: v.memory },
+    contact: { ...shape, wheel_load, youngs_modulus, poisson_ratio, memory: v.memory },
     ...Object.fromEntries(OF_VEHICLE.map((name) => [name, section(name)])),
   };
   const text = `# In SI units\n${stringify(data)}`;

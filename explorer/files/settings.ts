@@ -17,7 +17,7 @@ export interface Settings {
   preset: string;
   vehicle: Vehicle;
   /** Acting load, which may differ from the nominal one [N]. */
-  normalLoad: number;
+  axleLoad: number;
   speed: number;
   control: Control;
   /** A wet patch: its friction over the dry rail's [1], and its length [m]. */
@@ -35,7 +35,7 @@ const rounded = (value: number, digits = 2): number => Number(value.toPrecision(
  * holds a creepage on the falling branch.
  */
 function controlFor(vehicle: Vehicle, speed: number): Control {
-  const plant = new Plant(vehicle, vehicle.normal_load), fold = plant.fold(speed);
+  const plant = new Plant(vehicle, vehicle.axle_load), fold = plant.fold(speed);
   const peak = fold?.creepage ?? plant.saturation;
   const critical = fold?.drive_torque ?? plant.torque(peak, speed);
   const drive_torque = rounded(0.9 * critical, 3), creepage = rounded(1.41 * peak);
@@ -52,7 +52,7 @@ function controlFor(vehicle: Vehicle, speed: number): Control {
 export function settingsOf(vehicle: Vehicle, preset: string): Settings {
   const speed = Math.max(vehicle.initial_speed, vehicle.minimum_speed);
   return {
-    preset, vehicle, normalLoad: vehicle.normal_load, speed, control: controlFor(vehicle, speed),
+    preset, vehicle, axleLoad: vehicle.axle_load, speed, control: controlFor(vehicle, speed),
     patch: { friction: 0.5, length: 0.1 }, playback: 1,
   };
 }
@@ -89,7 +89,7 @@ function placesOf(settings: Settings): [key: string, owner: Values, name: string
     Object.keys(owner).map((key) => [key, owner, key]);
   const all = settings as unknown as Values;
   return [
-    ...own(vehicle!), ["load", all, "normalLoad"], ["speed", all, "speed"], ...own(control!),
+    ...own(vehicle!), ["load", all, "axleLoad"], ["speed", all, "speed"], ...own(control!),
     ["patch_friction", patch!, "friction"], ["patch_length", patch!, "length"],
     ["playback", all, "playback"],
   ];

@@ -117,16 +117,16 @@ export class App {
 
   /** Begin again at rest, with the settings as they are. */
   restart(): void {
-    const { vehicle, normalLoad, speed } = this.settings;
+    const { vehicle, axleLoad, speed } = this.settings;
     this.reach = { border: 0, upper: 0, wheel: 0 };
     const next = this.newPicture(speed);
     try {
-      this.run.start(vehicle, normalLoad, speed);
+      this.run.start(vehicle, axleLoad, speed);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       this.control.mode = "torque";
       this.control.drive_torque = 0.9 * next.largest.torque;
-      this.run.start(vehicle, normalLoad, speed);
+      this.run.start(vehicle, axleLoad, speed);
       toast("No grip holds that torque: the run starts at nine tenths of the critical one.");
     }
     this.show(next);
@@ -143,15 +143,15 @@ export class App {
   /** Change the vehicle, its load or the patch; the run goes on with them. An invalid change is
    * undone, and the error thrown. */
   change(change: () => void): void {
-    const { vehicle, normalLoad, patch } = this.settings;
+    const { vehicle, axleLoad, patch } = this.settings;
     Object.assign(this.settings, { vehicle: { ...vehicle }, patch: { ...patch } });
     try {
       change();
       const next = this.newPicture(this.run.now.speed);
-      this.run.configure(this.settings.vehicle, this.settings.normalLoad);
+      this.run.configure(this.settings.vehicle, this.settings.axleLoad);
       this.show(next);
     } catch (error) {
-      Object.assign(this.settings, { vehicle, normalLoad, patch });
+      Object.assign(this.settings, { vehicle, axleLoad, patch });
       throw error;
     }
     this.stage.changed();
@@ -316,8 +316,8 @@ export class App {
   }
 
   private newPicture(speed: number): Picture {
-    const { vehicle, normalLoad } = this.settings;
-    const plant = new Plant(vehicle, normalLoad);
+    const { vehicle, axleLoad } = this.settings;
+    const plant = new Plant(vehicle, axleLoad);
     return picture(plant, plant.rolls(speed), this.wetFriction, this.reach);
   }
 

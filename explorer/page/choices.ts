@@ -72,12 +72,12 @@ export async function open(app: App, file: File): Promise<void> {
 
 /** Save the present model as a file, or show why no file can hold it. */
 export function save(app: App): void {
-  const { vehicle, normalLoad, speed } = app.settings;
+  const { vehicle, axleLoad, speed } = app.settings;
   const file = choice !== "given" && choice !== "link" ? choice.replace(/\.toml$/, "")
     : vehicle.name.toLowerCase().replace(/[^a-z0-9]+/g, "_");
   try {
     const initial_speed = speed > 0 ? speed : vehicle.initial_speed; // a file's model rolls
-    const text = writeModel({ ...vehicle, initial_speed }, normalLoad);
+    const text = writeModel({ ...vehicle, initial_speed }, axleLoad);
     const link = made("a", {
       href: URL.createObjectURL(new Blob([text], { type: "application/toml" })),
       download: `${file}_explored.toml`,

@@ -31,7 +31,7 @@ export class CreepCurve extends View {
   draw({ run, shown, control }: Moment): void {
     this.chart.draw((pen) => {
       const { peak, fold } = shown;
-      const sliding = shown.plant.vehicle.kinetic_friction * shown.plant.normalLoad;
+      const sliding = shown.plant.vehicle.kinetic_friction * shown.plant.axleLoad;
       pen.rule("up", sliding, "line", 1, [2, 3]);
       if (fold !== null) {
         pen.label(`peak ${percent(peak)}`, peak, shown.largest.force, 0, -13, "ink", "center");

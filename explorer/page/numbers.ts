@@ -37,7 +37,7 @@ export function numbers({ run, shown, control }: Moment): Shown[] {
   return [
     { text: percent(run.now.creepage) },
     { text: kilo(run.now.drive_torque), unit: moves ? `\u2192 ${kilo(control.drive_torque)} kN m` : "kN m" },
-    { text: digits(run.now.creep_force / plant.normalLoad) },
+    { text: digits(run.now.creep_force / plant.axleLoad) },
     { text: digits(pole), unit: "1/s", kind: pole < 0 ? "stable" : "unstable", label: `pole ${where}` },
     fold === null ? { text: "none" } : { text: digits(1e-3 * fold.drive_torque, 5), unit: "kN m" },
     returns ? { text: digits(1e-3 * fold.return_torque, 4), unit: "kN m" } : { text: "never" },

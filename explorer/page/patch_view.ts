@@ -110,7 +110,7 @@ export class PatchView extends View {
     c.drawImage(this.picture, across(-1), 0, across(1) - across(-1), room);
     c.restore();
     this.drawBoundary(c, strips, across, half);
-    const loaded = atLoad(plant.vehicle, plant.normalLoad), b = lateralSemiAxis(loaded);
+    const loaded = atLoad(plant.vehicle, plant.axleLoad), b = lateralSemiAxis(loaded);
     const along = `2a = ${digits(2e3 * loaded.semi_width)} mm`;
     const both = `${along}, 2b = ${digits(2e3 * b)} mm`, rolling = "rolling \u2192";
     c.font = font(typeSize());

@@ -102,7 +102,7 @@ export function makeRows(app: App): Rows {
         () => app.settings.vehicle.kinetic_friction, (value) => setFriction(value, ratio())),
       row("load", shape("load", "load P", "kN", KILO, 2e4, 4e5,
         "Normal load of both wheels; the contact grows with it"),
-        () => app.settings.normalLoad, (value) => app.change(() => (app.settings.normalLoad = value))),
+        () => app.settings.axleLoad, (value) => app.change(() => (app.settings.axleLoad = value))),
       row("speed", shape("speed", "speed V", "m/s", 1, 1, 60,
         "Forward speed; it then changes if the vehicle is free", true),
         () => app.run.now.speed, (value) => app.setSpeed(value)),
@@ -134,7 +134,7 @@ export function spanRows(rows: Rows, app: App): void {
     torque: [0.5 * largest, 1.1 * largest],
     reference: [0, base], // which does not move under a finger
     "kick-size": [-0.25 * far, 0.75 * far],
-    load: [0.1 * vehicle.normal_load, 1.8 * vehicle.normal_load],
+    load: [0.1 * vehicle.axle_load, 1.8 * vehicle.axle_load],
   };
   for (const row of Object.values(rows).flat()) {
     const span = ends[row.id];

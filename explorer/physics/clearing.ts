@@ -43,7 +43,7 @@ export function clearing(
   configureRigid((train ??= new Drivetrain()), plant, plant.contact);
   const omega = ((1 + start) * speed) / plant.vehicle.radius;
   const held = {
-    reference: driveTorque, normal_load: plant.normalLoad, friction_scale: patchFriction,
+    reference: driveTorque, axle_load: plant.axleLoad, friction_scale: patchFriction,
     resistance_force: 0,
   };
   /** Time, distance and speed at which the creepage passes a border over the speed. */

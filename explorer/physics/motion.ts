@@ -18,13 +18,13 @@ export class Motion {
   private rims: [number, number] = [0, FASTEST_RIM]; // between which time goes on [m/s]
 
   /** Take these parameters and this load [N]; the state stays. */
-  configure(vehicle: Vehicle, normalLoad: number): void {
+  configure(vehicle: Vehicle, axleLoad: number): void {
     const remembered = this.plant?.vehicle.memory;
-    this.plant = new Plant({ ...vehicle }, normalLoad);
+    this.plant = new Plant({ ...vehicle }, axleLoad);
     configureRigid(this.drivetrain, this.plant, this.plant.rolling);
     Object.assign(this.drivetrain.input, {
-      resistance_force: 0, acceleration: 0, load_left: 0.5 * normalLoad,
-      load_right: 0.5 * normalLoad, slope: 1,
+      resistance_force: 0, acceleration: 0, load_left: 0.5 * axleLoad,
+      load_right: 0.5 * axleLoad, slope: 1,
     });
     if (!remembered) this.rollSteadily();
   }

@@ -25,9 +25,9 @@ export class Plant {
   /** zeta0 at the nominal load and no slip speed [1]. */
   readonly saturation: number;
 
-  /** `normalLoad` is that of both wheels [N]. */
-  constructor(readonly vehicle: Vehicle, readonly normalLoad: number) {
-    demand("normalLoad", normalLoad, { above: 0 });
+  /** `axleLoad` is that of both wheels [N]. */
+  constructor(readonly vehicle: Vehicle, readonly axleLoad: number) {
+    demand("axleLoad", axleLoad, { above: 0 });
     this.table = kernel.tables[vehicle.contact];
     this.contact = forceParameters(vehicle);
     this.rolling = rollingParameters(vehicle);
@@ -39,7 +39,7 @@ export class Plant {
   force(creepage: number, speed: number, friction = 1): Structs["force_element_output"] {
     const rolling = this.rolls(speed);
     const input = {
-      omega: this.omega(creepage, rolling), speed: rolling, normal_load: this.normalLoad,
+      omega: this.omega(creepage, rolling), speed: rolling, normal_load: this.axleLoad,
       friction_scale: friction, held_force: 0, unslipped: 1, outer_force: 0,
       held_lateral: 0, outer_lateral: 0, lateral_velocity: 0, spin_velocity: 0,
     };
@@ -114,7 +114,7 @@ export class Plant {
 
   /** zeta0, k_hat and process zone ratio under this load, without slip speed. */
   scales(friction = 1): Structs["contact_scales"] {
-    return scalesOf(this.contact, this.normalLoad, friction);
+    return scalesOf(this.contact, this.axleLoad, friction);
   }
 
   private pointsCall(count: number, speed: number, friction: number) {
@@ -125,7 +125,7 @@ export class Plant {
   /** What all functions of steady creep take first. */
   private given(speed: number, friction: number): [number, number, number, number] {
     const conditions = {
-      speed: this.rolls(speed), "normal_load[0]": this.normalLoad, "normal_load[1]": this.normalLoad,
+      speed: this.rolls(speed), "normal_load[0]": this.axleLoad, "normal_load[1]": this.axleLoad,
       "friction_scale[0]": friction, "friction_scale[1]": friction,
       resistance_force: 0, acceleration: 0, balanced: 0,
     };

@@ -47,11 +47,11 @@ export class Run {
    * under the torque demand, or rolls if the demand is less than rolling takes; in creep mode it begins
    * at the creepage demand. A wheel that stands begins with the force of that creepage.
    */
-  start(vehicle: Vehicle, normalLoad: number, speed: number): void {
+  start(vehicle: Vehicle, axleLoad: number, speed: number): void {
     const { control, motion } = this;
     checkControl(control);
     checkSpeed(vehicle, speed);
-    motion.configure(vehicle, normalLoad);
+    motion.configure(vehicle, axleLoad);
     const creeping = control.mode === "creep";
     const creepage = creeping ? control.creepage : this.grip(speed);
     const torque = creeping
@@ -68,9 +68,9 @@ export class Run {
   }
 
   /** Change parameters while it runs; speeds and torque stay. */
-  configure(vehicle: Vehicle, normalLoad: number): void {
+  configure(vehicle: Vehicle, axleLoad: number): void {
     if (!vehicle.memory) checkSpeed(vehicle, this.now.speed); // with it, the wheel may swing back
-    this.jump(() => this.motion.configure(vehicle, normalLoad));
+    this.jump(() => this.motion.configure(vehicle, axleLoad));
     this.watch(this.fold);
   }
 

@@ -16,7 +16,8 @@ type VehicleNumber =
   | "peak_pressure" // p0 at the nominal load
   | "static_friction" // f_s and f_d
   | "kinetic_friction"
-  | Extract<Key<"contact">, "normal_load" | "youngs_modulus" | "poisson_ratio"> // load of all wheels
+  | "axle_load" // nominal load of all wheels
+  | Extract<Key<"contact">, "youngs_modulus" | "poisson_ratio">
   | Exclude<Key<"friction">, "static" | "kinetic" | "weakening_length"> // at the nominal load
   | Exclude<Key<"wheelset">, "mass" | "saturation_creepage" | "rotor_inertia" | "gear_ratio">
   | Key<"resistance">
@@ -65,7 +66,7 @@ export function weakenedOver(v: Vehicle, weakening_length: number): ForceParamet
     weakening_length,
     contact_modulus: contactModulus(v) * stiffness_x,
     softening: softening_x,
-    nominal_load: v.normal_load,
+    nominal_load: v.axle_load,
     load_exponent: line ? 1 / 2 : 1 / 3, // Hertz
     elliptic: line ? 0 : 1,
     memory: 0,
@@ -117,18 +118,18 @@ export function checkSpeed({ memory, minimum_speed }: Vehicle, speed: number): v
 
 /** Semi-axis b of the ellipse across rolling, at the nominal load [m]. */
 export function lateralSemiAxis(v: Vehicle): number {
-  return (1.5 * (v.normal_load / v.wheels)) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
+  return (1.5 * (v.axle_load / v.wheels)) / (Math.PI * v.semi_width * v.peak_pressure); // Eq. (20)
 }
 
 /** The vehicle whose nominal load is another one [N]: its contact grows, its friction stays. */
-export function atLoad(v: Vehicle, normalLoad: number): Vehicle {
-  if (normalLoad === v.normal_load) return v;
+export function atLoad(v: Vehicle, axleLoad: number): Vehicle {
+  if (axleLoad === v.axle_load) return v;
   // The saturation creepage grows with the pressure, Eq. (15).
-  const parameters = forceParameters(v), there = scalesOf(parameters, normalLoad);
+  const parameters = forceParameters(v), there = scalesOf(parameters, axleLoad);
   const growth = there.saturation_creepage / scalesOf(parameters).saturation_creepage;
   return {
     ...v,
-    normal_load: normalLoad,
+    axle_load: axleLoad,
     semi_width: v.semi_width * growth,
     peak_pressure: v.peak_pressure * growth,
     k_hat: there.k_hat,

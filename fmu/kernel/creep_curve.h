@@ -14,7 +14,7 @@
  * under the load and friction named here for it. */
 typedef struct {
     double speed;             /* V, not negative [m/s] */
-    double normal_load[2];    /* [N] */
+    double normal_load[2];    /* of all wheels, if both were loaded like this one [N] */
     double friction_scale[2]; /* [1] */
     double resistance_force;  /* of the train, against the motion [N] */
     double acceleration;      /* dV/dt if the speed is held [m/s2] */

@@ -46,7 +46,7 @@ typedef struct {
 typedef struct {
     double omega;            /* angular velocity [rad/s] */
     double speed;            /* forward velocity [m/s] */
-    double normal_load;      /* a negative load counts as zero [N] */
+    double normal_load;      /* of all its wheels; a negative load counts as zero [N] */
     double friction_scale;   /* multiplies f_s and f_d; zero below MIN_FRICTION_SCALE [1] */
     rolling_memory memory;   /* of a contact with memory */
     lateral_memory lateral;  /* likewise */

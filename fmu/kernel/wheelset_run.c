@@ -85,7 +85,7 @@ static double between(const wheelset_run *run, double from, double to, double ti
  * 1e-8 of their values, as rates have corners close to the states of a sliding contact. */
 static double small_part(const wheelset_run *run, double time) {
     const run_input *from = &run->given.from, *to = &run->given.to;
-    double ends[2][2] = {{from->normal_load, to->normal_load},
+    double ends[2][2] = {{from->axle_load, to->axle_load},
                          {from->friction_scale, to->friction_scale}};
     double part = 1e-4;
     for (int i = 0; i < 2; i++) {
@@ -99,7 +99,7 @@ static double small_part(const wheelset_run *run, double time) {
 /* Prepare the wheels for the load [N] at this time, and return the reference. */
 static double set_input(wheelset_run *run, double time) {
     const run_input *from = &run->given.from, *to = &run->given.to;
-    double weight = between(run, from->normal_load, to->normal_load, time);
+    double weight = between(run, from->axle_load, to->axle_load, time);
     drivetrain_input in = {
         .resistance_force = between(run, from->resistance_force, to->resistance_force, time),
         .load_left = 0.5 * weight,

@@ -28,7 +28,7 @@ CONTACTLIB_API void control_law_command(const control_law *law, double reference
 
 typedef struct {
     double reference;        /* of the controller: torque [N.m] or creepage [1] */
-    double normal_load;      /* of both wheels [N] */
+    double axle_load;        /* of both wheels [N] */
     double friction_scale;   /* [1] */
     double resistance_force; /* [N] */
 } run_input;

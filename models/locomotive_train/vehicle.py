@@ -186,7 +186,7 @@ class Locomotive:
     alignment: Alignment = STRAIGHT
 
     def __post_init__(self) -> None:
-        load = AXLES * self.wheelset.element.normal_load
+        load = AXLES * self.wheelset.element.axle_load
         if not np.isclose(self.vehicle.mass * STANDARD_GRAVITY, load, rtol=1e-3):
             raise ValueError(
                 f"Vehicle.mass = {self.vehicle.mass!r} weighs "
@@ -275,5 +275,5 @@ class Locomotive:
             lateral_velocity=dot(contact, left[..., None, :]),
             spin_velocity=spinning[..., 2:] - lean,
             speed=dot(centre, forward[..., None, :]),
-            load=np.maximum(self.wheel.normal_load - rail, 0.0),
+            load=np.maximum(self.wheel.axle_load - rail, 0.0),
         )

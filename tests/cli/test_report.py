@@ -294,7 +294,7 @@ def test_runs_under_continuous_controllers_are_reported_too(rig: cl.Model, tmp_p
     np.testing.assert_allclose(halves, run["creep_force"], rtol=1e-15)
     element = rig.wheelset.element
     assert run["available_force"].max() == pytest.approx(
-        element.friction.kinetic * element.normal_load * 1.1350256, rel=1e-6
+        element.friction.kinetic * element.axle_load * 1.1350256, rel=1e-6
     )
     assert np.array_equal(run["demand"], other["drive_torque"])
     creep = cl.run_scenario(scenario, "creep")

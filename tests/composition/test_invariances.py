@@ -48,7 +48,7 @@ WHEELSET: Sections = {
     "contact": {
         "radius_x": 0.5,
         "radius_y": 0.3,
-        "normal_load": 110e3,
+        "wheel_load": 110e3,
         "youngs_modulus": 210e9,
         "poisson_ratio": 0.3,
     },
@@ -115,7 +115,7 @@ FEATURES: Mapping[str, Sections] = {
     "encoder": {"sensors": {"encoder_pulses": 200.0, "vehicle_speed_drift": 0.02}},
     "estimate": {"sensors": {"acceleration_limit": 0.6}},
     "released": {"run": {"start": "released"}},
-    "load": {"wheel_load": {"time": [0.3, 0.6, 0.9], "factor": [1.0, 0.8, 1.1]}},
+    "load": {"dynamic_load": {"time": [0.3, 0.6, 0.9], "factor": [1.0, 0.8, 1.1]}},
     "some axles": {"vehicle": {"driven": [1, 3], "braked": [1, 2]}},
 }
 ONLY = {"load": False, "some axles": True}  # for a wheelset, for a vehicle
@@ -215,7 +215,7 @@ def run_of(folder: Path, sections: Sections, **options: Any) -> Run:
     element = scenario.drivetrain.wheelset.element
     rows = result.time.size
     signals = {name: np.reshape(result[name], (rows, -1)) for name in result.units}
-    return Run(result.time, signals, result.units, element.friction.kinetic * element.normal_load)
+    return Run(result.time, signals, result.units, element.friction.kinetic * element.axle_load)
 
 
 def agree(
@@ -229,7 +229,7 @@ def agree(
 
 
 FORWARD = ("speed", "omega_left", "omega_right", "creep_force_left", "creep_force_right")
-EITHER = ("normal_load", "friction_scale_left", "friction_scale_right", "creep_work")
+EITHER = ("axle_load", "friction_scale_left", "friction_scale_right", "creep_work")
 ALL = cases()
 
 

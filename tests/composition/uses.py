@@ -191,7 +191,7 @@ class Case:
         given["speed"] = 10.0 ** rng.uniform(0.0, 1.7, count)
         creepage = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-4.0, -0.6, count)
         given["omega"] = (1.0 + creepage) * given["speed"] / element.radius
-        given["normal_load"] = element.normal_load * rng.uniform(0.3, 1.7, count)
+        given["normal_load"] = element.axle_load * rng.uniform(0.3, 1.7, count)
         given["friction_scale"] = rng.uniform(0.4, 1.2, count)
         if self.feature.lateral:
             given["lateral_velocity"] = rng.uniform(-0.01, 0.01, count) * given["speed"]
@@ -348,7 +348,7 @@ def runs(case: Case) -> None:
     def rate(_: float, x: Any, demand: float) -> list[float]:
         speed = 10.0 if wheelset.speed_held else x[1]
         contact = element.rolling_native.evaluate_one(
-            x[0], speed, element.normal_load, 1.0, *x[len(names) :]
+            x[0], speed, element.axle_load, 1.0, *x[len(names) :]
         )
         moved = wheelset.native.motion(x[0], speed, demand, 0.0, contact)
         moving = [moved.omega_rate, moved.speed_rate][: len(names)]
@@ -356,7 +356,7 @@ def runs(case: Case) -> None:
 
     state: Any = [run["omega"][0], *([run["speed"][0]] if len(names) > 1 else [])]
     if held:
-        start = element.rolling_native.evaluate_one(state[0], 10.0, element.normal_load, 1.0)
+        start = element.rolling_native.evaluate_one(state[0], 10.0, element.axle_load, 1.0)
         state += [start.steady_force, start.sticking, start.steady_outer]
     for span, demand in (((0.0, 0.2), torque[0]), ((0.2, 1.0), torque[1])):
         found = solve_ivp(rate, span, state, "Radau", args=(demand,), rtol=1e-8, atol=1e-9)
@@ -366,7 +366,7 @@ def runs(case: Case) -> None:
 
 def vehicle(case: Case) -> None:
     """Equal axles under constant loads run as the wheelset by itself; the energy closes."""
-    own = case.wheelset.element.normal_load / STANDARD_GRAVITY
+    own = case.wheelset.element.axle_load / STANDARD_GRAVITY
     heights = dict.fromkeys(("body_height", "bogie_height", "pivot_height", "coupler_height"), 0.0)
     axles = {
         "position": [0.0, 3.0, 9.9, 12.9],
@@ -425,7 +425,7 @@ def steady_states(case: Case) -> None:
     found = wheelset.equilibria(drive_torque=0.8 * fold.drive_torque, **speed)
     assert found
     for at in found:
-        rolling = at.omega, at.speed, element.normal_load, 1.0
+        rolling = at.omega, at.speed, element.axle_load, 1.0
         contact = element.rolling_native.evaluate_one(*rolling)
         if element.memory:
             held = contact.steady_force, contact.sticking, contact.steady_outer
@@ -519,7 +519,7 @@ PAGE = """async (text, zeta) => {
   await contactlib.ready;
   try {
     const vehicle = contactlib.files.readModel(text);
-    const plant = new contactlib.plant.Plant(vehicle, vehicle.normal_load);
+    const plant = new contactlib.plant.Plant(vehicle, vehicle.axle_load);
     return [null, zeta.map((z) => plant.at(z, 10.0, 1.0).torque)];
   } catch (error) { return [error.message, null]; }
 }"""

@@ -129,7 +129,7 @@ def test_the_bodies_of_an_element_have_its_force(name: str, locomotive: cl.Model
     computed = bodies.evaluate(
         semi_axis_x=np.cbrt(load) * contact.semi_axis_x,
         semi_axis_y=np.cbrt(load) * contact.semi_axis_y,
-        normal_load=load * contact.normal_load,
+        normal_load=load * contact.wheel_load,
         friction_scale=0.8,
         speed=speed,
         creepage_x=xi,
@@ -139,7 +139,7 @@ def test_the_bodies_of_an_element_have_its_force(name: str, locomotive: cl.Model
     expected = element.evaluate(
         omega=(1.0 - xi) * speed / element.radius,
         speed=speed,
-        normal_load=load * contact.normal_load,
+        axle_load=load * contact.wheel_load,
         friction_scale=0.8,
         lateral_velocity=eta * speed,
         spin_velocity=phi * speed,

@@ -37,12 +37,12 @@ def test_sign_convention(element: cl.ForceElement) -> None:
 
 
 def test_no_load_no_force(element: cl.ForceElement) -> None:
-    record = element.evaluate(omega=[0.0, 30.0], speed=[0.0, 10.0], normal_load=0.0)
+    record = element.evaluate(omega=[0.0, 30.0], speed=[0.0, 10.0], axle_load=0.0)
     np.testing.assert_array_equal(record["creep_force"], 0.0)
     np.testing.assert_array_equal(record["force_gradient"], 0.0)
     for name in record.dtype.names or ():
         assert np.isfinite(record[name]).all()
-    tiny, tinier = element.evaluate(omega=30.0, speed=10.0, normal_load=[1e-90, 1e-300])
+    tiny, tinier = element.evaluate(omega=30.0, speed=10.0, axle_load=[1e-90, 1e-300])
     assert 0.0 < tiny["creep_force"] < 1e-89
     assert tinier["creep_force"] == 0.0  # next to no load counts as zero
 
@@ -61,16 +61,16 @@ def test_speed_is_regularised_twice_differentiably(element: cl.ForceElement) -> 
 
 
 def test_k_hat_is_held_at_the_table_s_end_and_reports_it(element: cl.ForceElement) -> None:
-    record = element.evaluate(omega=20.1, speed=10.0, normal_load=220.65e3 * np.array([1.0, 1e-3]))
+    record = element.evaluate(omega=20.1, speed=10.0, axle_load=220.65e3 * np.array([1.0, 1e-3]))
     np.testing.assert_allclose(record["k_hat"], [0.3, 2.0])
     np.testing.assert_array_equal(record["k_hat_limited"], [0.0, 1.0])
 
 
 def test_arguments_broadcast(element: cl.ForceElement) -> None:
     omega, load = 20.0 + 0.1 * np.arange(4.0)[:, np.newaxis], np.array([1e5, 2e5, 3e5])
-    force = element.force(omega=omega, speed=10.0, normal_load=load)
+    force = element.force(omega=omega, speed=10.0, axle_load=load)
     assert force.shape == (4, 3)
-    expected = [[element.force(omega=w, speed=10.0, normal_load=p) for p in load] for (w,) in omega]
+    expected = [[element.force(omega=w, speed=10.0, axle_load=p) for p in load] for (w,) in omega]
     np.testing.assert_array_equal(force, expected)
     with pytest.raises(ValueError, match="broadcast"):
         element.force(omega=np.zeros(2), speed=np.ones(3))
@@ -100,11 +100,11 @@ def test_a_force_has_the_same_bits_alone_among_many_and_among_the_outputs(
     load, scale = random.uniform(0.0, 3e5, 200), random.uniform(1e-6, 2.0, 200)
     load[0] = 0.0
     one_by_one = [
-        element.force(omega=w, speed=v, normal_load=p, friction_scale=s)
+        element.force(omega=w, speed=v, axle_load=p, friction_scale=s)
         for w, v, p, s in zip(*(a.tolist() for a in (omega, speed, load, scale)), strict=True)
     ]
     assert all(type(force) is np.ndarray and force.shape == () for force in one_by_one)
-    given = {"omega": omega, "speed": speed, "normal_load": load, "friction_scale": scale}
+    given = {"omega": omega, "speed": speed, "axle_load": load, "friction_scale": scale}
     together = element.force(**given)
     assert np.array(one_by_one).tobytes() == together.tobytes()
     outputs = element.evaluate(**given)
@@ -159,7 +159,7 @@ def test_slip_speed_scales_force_creepage_and_k_hat(
 def test_partial_derivatives(speed: float, residual: float, decay: float) -> None:
     # Low static friction and a wide range of loads: both limits are met, and the elastic range.
     contact = cl.EllipticContact.from_semi_axes(
-        semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=1e5, contact_modulus=115e9
+        semi_axis_x=6e-3, semi_axis_y=9e-3, wheel_load=1e5, contact_modulus=115e9
     )
     friction = cl.friction_with_k_hat(contact, k_hat=0.7, static=0.33, kinetic=0.21)
     table = cl.carter_griffith_table("elliptic")
@@ -168,11 +168,11 @@ def test_partial_derivatives(speed: float, residual: float, decay: float) -> Non
     slip = 10.0 ** random.uniform(-4.0, 1.0, n) * random.choice([-1.0, 1.0], n)
     slip *= max(abs(speed), 0.1)
     load = 10.0 ** random.uniform(0.0, 6.0, n)
-    given = {"omega": (speed + slip) / 0.5, "speed": np.full(n, speed), "normal_load": load}
+    given = {"omega": (speed + slip) / 0.5, "speed": np.full(n, speed), "axle_load": load}
     here = element.evaluate(**given)
     assert {0.0, 1.0} == set(here["k_hat_limited"]) == set(here["force_limited"])
     force = np.maximum(np.abs(here["creep_force"]), 1e-3 * 0.21 * load)
-    for name, size in (("omega", slip / 0.5), ("speed", slip), ("normal_load", load)):
+    for name, size in (("omega", slip / 0.5), ("speed", slip), ("axle_load", load)):
         h = 1e-4 * np.abs(size)
         sides = [element.evaluate(**{**given, name: given[name] + i * h}) for i in (-2, -1, 1, 2)]
         f = [side["creep_force"] for side in sides]
@@ -180,7 +180,7 @@ def test_partial_derivatives(speed: float, residual: float, decay: float) -> Non
         smooth = np.ones(n, bool)  # neither limit begins nor ends between the points
         for flag in ("k_hat_limited", "force_limited"):
             smooth &= (sides[0][flag] == here[flag]) & (sides[-1][flag] == here[flag])
-        derivative = here[f"force_by_{name.removeprefix('normal_')}"]
+        derivative = here[f"force_by_{name.removeprefix('axle_')}"]
         error = np.abs(derivative - difference) * h / (1e-4 * force)
         assert smooth.mean() > 0.95
         assert error[smooth].max() < 1e-6

@@ -18,7 +18,7 @@ def element_of(nu: float = NU, k_hat: float = 0.3, **friction: float) -> cl.Forc
     contact = cl.EllipticContact.from_semi_axes(
         semi_axis_x=A,
         semi_axis_y=B,
-        normal_load=LOAD,
+        wheel_load=LOAD,
         contact_modulus=E / (2.0 * (1.0 - NU**2)),
         poisson_ratio=nu,
     )
@@ -33,7 +33,7 @@ def cases(n: int = 500) -> dict[str, Any]:
     return {
         "omega": (speed + 4e-3 * slip * random.normal(size=n)) / RADIUS,
         "speed": speed,
-        "normal_load": LOAD * random.uniform(0.1, 2.0, n),
+        "axle_load": LOAD * random.uniform(0.1, 2.0, n),
         "friction_scale": random.uniform(0.3, 1.2, n),
         "lateral_velocity": 4e-3 * slip * random.normal(size=n),
         "spin_velocity": 0.5 * slip * random.normal(size=n),
@@ -89,7 +89,7 @@ def test_slip_loses_power_and_force_stays_below_static_friction(
     )
     assert (power >= 0.0).all()
     size = np.hypot(out["creep_force"], out["lateral_force"])
-    assert (size <= 0.45 * given["friction_scale"] * given["normal_load"] * (1.0 + 1e-12)).all()
+    assert (size <= 0.45 * given["friction_scale"] * given["axle_load"] * (1.0 + 1e-12)).all()
 
 
 def test_friction_falls_with_the_magnitude_of_slip() -> None:
@@ -131,16 +131,16 @@ def test_no_load_no_friction_and_no_slip_are_finite() -> None:
     element = element_of()
     moving = {"lateral_velocity": 0.1, "spin_velocity": 1.0}
     for given in (
-        {"omega": 40.0, "speed": 20.0, "normal_load": 0.0},
+        {"omega": 40.0, "speed": 20.0, "axle_load": 0.0},
         {"omega": 40.0, "speed": 20.0, "friction_scale": 1e-6},
         {"omega": 0.0, "speed": 0.0},
-        {"omega": 1.0, "speed": 0.5, "normal_load": 1e-90},
+        {"omega": 1.0, "speed": 0.5, "axle_load": 1e-90},
     ):
         out = element.evaluate(**given, **moving)
         assert all(np.isfinite(out[name]).all() for name in out.dtype.fields or ())
     # A load that begins rubs in the direction of the slip.
-    begins = element.evaluate(omega=40.1, speed=20.0, normal_load=0.0, lateral_velocity=-0.05)
-    light = element.evaluate(omega=40.1, speed=20.0, normal_load=1e-3, lateral_velocity=-0.05)
+    begins = element.evaluate(omega=40.1, speed=20.0, axle_load=0.0, lateral_velocity=-0.05)
+    light = element.evaluate(omega=40.1, speed=20.0, axle_load=1e-3, lateral_velocity=-0.05)
     assert light["creep_force"] / 1e-3 == pytest.approx(begins["force_by_load"], rel=1e-3)
     assert light["lateral_force"] == pytest.approx(light["creep_force"], rel=1e-3)
 
@@ -152,14 +152,14 @@ def test_a_line_has_lateral_slip_but_no_spin(rig: cl.Model) -> None:
     along = element.force(omega=(SPEED + slip) / RADIUS, speed=SPEED)
     assert out["lateral_force"] == pytest.approx(0.7 * along)  # 1 - nu
     wild = element.evaluate(omega=SPEED / RADIUS, speed=SPEED, lateral_velocity=-5.0)
-    assert wild["lateral_force"] == pytest.approx(0.21 * element.normal_load, rel=1e-3)
+    assert wild["lateral_force"] == pytest.approx(0.21 * element.axle_load, rel=1e-3)
     with pytest.raises(ValueError, match=r"spin_velocity = 1\.0 must be 0: it needs an ellipse"):
         element.evaluate(omega=SPEED / RADIUS, speed=SPEED, spin_velocity=1.0)
 
 
 def test_an_ellipse_beyond_the_checked_range_warns() -> None:
     contact = cl.EllipticContact.from_semi_axes(
-        semi_axis_x=1e-3, semi_axis_y=9e-3, normal_load=LOAD, contact_modulus=1e11
+        semi_axis_x=1e-3, semi_axis_y=9e-3, wheel_load=LOAD, contact_modulus=1e11
     )
     friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
     with pytest.warns(AspectWarning, match=r"semi_axis_x/semi_axis_y = 0\.1111, outside 1/8"):
@@ -169,7 +169,7 @@ def test_an_ellipse_beyond_the_checked_range_warns() -> None:
 def test_an_ellipse_of_eight_to_rounding_does_not_warn() -> None:
     contacts = (
         cl.EllipticContact.from_semi_axes(
-            semi_axis_x=8.0 * b, semi_axis_y=b, normal_load=12e3, contact_modulus=189e9
+            semi_axis_x=8.0 * b, semi_axis_y=b, wheel_load=12e3, contact_modulus=189e9
         )
         for b in np.linspace(1e-3, 4e-3, 200).tolist()
     )

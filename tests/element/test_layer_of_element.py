@@ -17,7 +17,7 @@ from contactlib.table.creep_force_table import CreepForceTable
 
 L = 1.3e-13  # 20 um of 150 MPa
 STRIPS = cl.EllipticContact.from_semi_axes(
-    semi_axis_x=6e-3, semi_axis_y=9e-3, normal_load=90e3, contact_modulus=115e9, theory="strips"
+    semi_axis_x=6e-3, semi_axis_y=9e-3, wheel_load=90e3, contact_modulus=115e9, theory="strips"
 )
 FRICTION = cl.friction_with_k_hat(STRIPS, k_hat=0.1, static=0.45, kinetic=0.3)
 
@@ -54,9 +54,9 @@ def test_shipped_table_is_the_law_with_a_layer(contact: str) -> None:
 def test_layer_ratio_falls_as_the_contact_grows_with_load() -> None:
     element, zeta = wheel_with_layer(), np.geomspace(1e-4, 0.1, 7)
     for share in (0.1, 1.0, 4.0):
-        load = share * STRIPS.normal_load
+        load = share * STRIPS.wheel_load
         a = STRIPS.semi_width * share ** (1.0 / 3.0)
-        outputs = element.at_creepage(zeta, speed=10.0, normal_load=load)
+        outputs = element.at_creepage(zeta, speed=10.0, axle_load=load)
         law = cl.CarterGriffith(
             k_hat=float(outputs["k_hat"][0]),
             contact="elliptic",
@@ -112,7 +112,7 @@ def test_what_a_law_lacks_is_refused_before_its_table_is_built(
     monkeypatch.setattr(CreepForceTable, "from_law", built)
     path = tmp_path / "wheel.toml"
     path.write_text(
-        "[contact]\nsemi_axis_x = 0.0063\nsemi_axis_y = 0.0051\nnormal_load = 110e3\n"
+        "[contact]\nsemi_axis_x = 0.0063\nsemi_axis_y = 0.0051\nwheel_load = 110e3\n"
         "youngs_modulus = 210e9\npoisson_ratio = 0.28\n"
         "[friction]\nstatic = 0.36\nkinetic = 0.27\nweakening_length = 650e-6\n"
         f"[wheelset]\nradius = 0.46\nlayer_compliance = {layer}\n[law]\nkind = '{kind}'\n{keys}\n"
@@ -135,7 +135,7 @@ def test_a_model_file_builds_the_cohesive_table_that_it_needs(
     monkeypatch.setattr("contactlib.files.sections.cohesive_table", built)
     path = tmp_path / "rig.toml"
     path.write_text(
-        "[contact]\nsemi_width = 5e-3\nradius = 0.5\nnormal_load = 110e3\nyoungs_modulus = 210e9\n"
+        "[contact]\nsemi_width = 5e-3\nradius = 0.5\nwheel_load = 110e3\nyoungs_modulus = 210e9\n"
         "poisson_ratio = 0.3\n[friction]\nstatic = 0.45\nkinetic = 0.21\nk_hat = 0.3\n"
         f"[wheelset]\nradius = 0.5\nlayer_compliance = {compliance}\n[law]\nkind = 'cohesive'\n"
     )
@@ -156,7 +156,7 @@ def test_pair_of_bodies_is_the_element() -> None:
     forces = CreepForces.of(element).evaluate(
         semi_axis_x=contact.semi_axis_x,
         semi_axis_y=contact.semi_axis_y,
-        normal_load=contact.normal_load,
+        normal_load=contact.wheel_load,
         creepage_x=-0.003,
         creepage_y=0.001,
         spin=0.2,
@@ -197,7 +197,7 @@ def test_the_fold_of_a_held_wheelset_is_the_peak_of_the_law(layer: float) -> Non
     assert fold.creepage == pytest.approx(
         law.peak.normalized_creepage * soft.saturation_creepage, rel=1e-3
     )
-    force = 0.21 * law.peak.traction_ratio * soft.normal_load
+    force = 0.21 * law.peak.traction_ratio * soft.axle_load
     assert fold.drive_torque == pytest.approx(force * soft.radius, rel=2e-6)
 
 
@@ -208,7 +208,7 @@ def test_the_fold_of_a_cohesive_law_with_a_layer(
     fold = cl.find_fold(replace(rig.wheelset, element=element, damping=0.0), speed=10.0)
     x = np.linspace(0.3, 12.0, 20001)
     ratio = layered_cohesive_table.traction_ratio(x, element.k_hat, element.layer_ratio)
-    force = element.friction.kinetic * ratio.max() * element.normal_load
+    force = element.friction.kinetic * ratio.max() * element.axle_load
     assert fold.drive_torque == pytest.approx(force * element.radius, rel=1e-6)
     assert fold.creepage == pytest.approx(x[ratio.argmax()] * element.saturation_creepage, rel=0.01)
     assert ratio.max() < element.friction.ratio

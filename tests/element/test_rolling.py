@@ -33,7 +33,7 @@ def element(
 ) -> cl.ForceElement:
     """An ellipse; `k_hat` and the ratio of the layer are those of strips, as in the reference."""
     contact = cl.EllipticContact.from_semi_axes(
-        normal_load=LOAD,
+        wheel_load=LOAD,
         semi_axis_x=6e-3,
         semi_axis_y=6e-3 / aspect,
         contact_modulus=1.15e11,
@@ -64,7 +64,7 @@ def strips_zeta0(of: cl.ForceElement) -> float:
 
 def rolled(of: cl.ForceElement, s: FloatArray, x: FloatArray) -> FloatArray:
     force = cl.roll(of, creepage=x * strips_zeta0(of), distance=s * of.contact.semi_width)
-    return force / (KINETIC * of.contact.normal_load)
+    return force / (KINETIC * of.contact.wheel_load)
 
 
 def errors(

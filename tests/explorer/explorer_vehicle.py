@@ -29,7 +29,7 @@ def vehicle_of(wheelset: cl.Wheelset, initial_speed: float = 10.0) -> dict[str, 
     contact, friction = element.contact, element.friction
     fields: tuple[tuple[Any, str], ...] = (
         (contact, "semi_width peak_pressure"),
-        (element, "wheels normal_load k_hat layer_compliance slope_reduction minimum_speed memory"),
+        (element, "wheels axle_load k_hat layer_compliance slope_reduction minimum_speed memory"),
         (friction, "slip_rate_residual slip_rate_decay softening_temperature thermal_effusivity"),
         (wheelset, " ".join(["radius", *wheelset.quantities()])),
         (resistance, " ".join(resistance.quantities())),
@@ -64,11 +64,11 @@ def random_wheelset(rng: np.random.Generator) -> cl.Wheelset:
     contact: Contact
     if shape == "line":
         contact = cl.LineContact.from_semi_width(
-            semi_width=a, radius=0.5, contact_modulus=modulus, normal_load=load
+            semi_width=a, radius=0.5, contact_modulus=modulus, wheel_load=load
         )
     else:
         contact = cl.EllipticContact.from_semi_axes(
-            semi_axis_x=a, semi_axis_y=b, normal_load=load, contact_modulus=modulus
+            semi_axis_x=a, semi_axis_y=b, wheel_load=load, contact_modulus=modulus
         )
     kinetic = float(rng.uniform(0.05, 0.4))
     friction = friction_with_k_hat(
@@ -133,12 +133,12 @@ def changed(wheelset: cl.Wheelset, changes: Mapping[str, float], ellipse: bool) 
     kinetic = left.pop("kinetic", friction.kinetic)
     ratio = left.pop("ratio", friction.static / friction.kinetic)
     heat = left.pop("heat", 0.0)
-    load, a, p0 = contact.normal_load, contact.semi_width, contact.peak_pressure
+    load, a, p0 = contact.wheel_load, contact.semi_width, contact.peak_pressure
     if ellipse and isinstance(contact, cl.LineContact):
         contact = cl.EllipticContact.from_semi_axes(
             semi_axis_x=a,
             semi_axis_y=1.5 * load / (math.pi * a * p0),
-            normal_load=load,
+            wheel_load=load,
             contact_modulus=contact.contact_modulus,
         )
     changed_friction = friction_with_k_hat(

@@ -177,7 +177,7 @@ def test_page_reads_a_file_as_python_does_and_writes_it_back(
         smallest
     )  # no gain: the train speeds up
     assert curve.torque(control["creepage"]) < control["torque_max"]
-    written = call(page, "writeModel", vehicle, vehicle["normal_load"])
+    written = call(page, "writeModel", vehicle, vehicle["axle_load"])
     assert_same(vehicle, loaded(path, written))
     again = call(page, "readModel", written)
     for name, value in vehicle.items():
@@ -191,7 +191,7 @@ def test_another_load_is_written_as_the_contact_under_it(
     page: ExplorerPage, tmp_path: Path, changes: dict[str, Any], share: float
 ) -> None:
     vehicle = call(page, "readModel", with_sections(changes))
-    load = share * vehicle["normal_load"]
+    load = share * vehicle["axle_load"]
     before, after = (
         loaded(tmp_path / "model.toml", text)
         for text in (with_sections(changes), call(page, "writeModel", vehicle, load))
@@ -199,7 +199,7 @@ def test_another_load_is_written_as_the_contact_under_it(
     assert isinstance(before, cl.Model)
     assert isinstance(after, cl.Model)
     omega = np.linspace(20.0, 22.0, 101)
-    there = before.wheelset.element.evaluate(omega=omega, speed=10.0, normal_load=load)
+    there = before.wheelset.element.evaluate(omega=omega, speed=10.0, axle_load=load)
     nominal = after.wheelset.element.evaluate(omega=omega, speed=10.0)
     for name in ("creep_force", "k_hat", "saturation_creepage"):
         np.testing.assert_allclose(nominal[name], there[name], rtol=1e-11)
@@ -209,7 +209,7 @@ ANY_NUMBER = [0.0, -1.0, 0.3, 1e3, math.inf, -math.inf, math.nan]
 NO_NUMBER: list[object] = [None, True, "", "5", "x y", "1 furlong", [], {}]
 # Keys with their units and bounds: needed, with a default, and given in place of another.
 KEYS: dict[str, tuple[str, list[float]]] = {
-    "contact.normal_load": ("N", [0.0]),
+    "contact.wheel_load": ("N", [0.0]),
     "contact.poisson_ratio": ("1", [0.0, 0.5]),
     "contact.semi_axis_x": ("m", [0.0]),
     "friction.k_hat": ("1", [0.0, 2.0]),
@@ -372,7 +372,7 @@ def random_settings(rng: np.random.Generator, preset: dict[str, Any]) -> dict[st
     vehicle["mass"] = pick(rng, [None, rng.uniform(1e3, 1e5)])
     vehicle["name"] = pick(rng, ["x & y = z", "\u00e9 \U0001f682 <b>#%25", vehicle["name"]])
     control["mode"] = pick(rng, ["torque", "creep"])
-    settings["normalLoad"] *= rng.random() + 1e-3
+    settings["axleLoad"] *= rng.random() + 1e-3
     settings["speed"] = rng.uniform(0.1, 80.0)
     settings["playback"] = pick(rng, [1, 0.1, 1 / 3])
     return settings

@@ -291,7 +291,7 @@ def test_numbers_shown_are_those_of_python(
     numbers = visitor.numbers()
     creepage = visitor.state("run.now.creepage")
     at = creepage if reference is None else reference / 100.0
-    here: dict[str, Any] = {"speed": speed, "normal_load": 1e3 * load}
+    here: dict[str, Any] = {"speed": speed, "axle_load": 1e3 * load}
     force = wheelset.element.at_creepage(creepage, **here)
     pole = float(CreepCurve(wheelset, **here).pole(at))
     gain = wheelset.element.radius / (wheelset.inertia * speed)
@@ -350,7 +350,7 @@ RANDOM_WHEELS = """async (count) => {
     app.change(() => {
       Object.assign(app.settings.vehicle, vehicle);
       app.settings.patch.friction = uniform(0.1, 1);
-      app.settings.normalLoad = uniform(2e4, 4e5);
+      app.settings.axleLoad = uniform(2e4, 4e5);
     });
     app.setSpeed(log(1, 60));
     const most = app.shown.fold?.drive_torque ?? 2e4;
@@ -378,7 +378,7 @@ source = "chosen"
 [contact]
 semi_axis_x = 6e-3
 semi_axis_y = 5e-3
-normal_load = 100e3
+wheel_load = 100e3
 youngs_modulus = 210e9
 poisson_ratio = 0.28
 [friction]

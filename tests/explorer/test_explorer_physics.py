@@ -41,7 +41,7 @@ class Place(NamedTuple):
 
     @property
     def inputs(self) -> dict[str, Any]:
-        return {"speed": self.speed, "normal_load": self.load, "friction_scale": self.friction}
+        return {"speed": self.speed, "axle_load": self.load, "friction_scale": self.friction}
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def places() -> list[Place]:
     drawn = []
     for _ in range(60):
         wheelset = random_wheelset(rng)
-        load = wheelset.element.normal_load * 10.0 ** rng.uniform(-1.5, 0.3)
+        load = wheelset.element.axle_load * 10.0 ** rng.uniform(-1.5, 0.3)
         speed = 10.0 ** rng.uniform(-0.5, 1.8)
         drawn.append(Place(wheelset, float(speed), float(load), float(rng.uniform(0.3, 1.3))))
     return drawn
@@ -232,7 +232,7 @@ def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
     patches: list[Patch] = []
     while len(patches) < 6:
         wheelset = random_wheelset(rng)
-        load = wheelset.element.normal_load * float(rng.uniform(0.3, 1.3))
+        load = wheelset.element.axle_load * float(rng.uniform(0.3, 1.3))
         at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
         fold = fold_of(at)
         if fold is not None and not wheelset.speed_held:
@@ -321,7 +321,7 @@ def test_a_layer_s_traction_is_that_of_the_law(
         ("plant.force(0.01, NaN)", "speed = NaN is out of range: must be finite"),
         (
             "new Plant(at.vehicle, 0)",
-            "normalLoad = 0 is out of range: must be finite and > 0",
+            "axleLoad = 0 is out of range: must be finite and > 0",
         ),
         (
             "new Plant({ ...at.vehicle, k_hat: 0.5, kinetic_friction: 0.45 }, 1)",

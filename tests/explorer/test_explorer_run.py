@@ -65,7 +65,7 @@ def drive(
     """
     given = {
         "vehicle": vehicle_of(wheelset) | changes,
-        "load": wheelset.element.normal_load,
+        "load": wheelset.element.axle_load,
         "speed": speed,
         "control": control,
         "fold": fold,
@@ -156,7 +156,7 @@ def test_a_wheel_that_stands_holds_a_torque_or_breaks_loose(
 def test_memory_begins_with_steady_rolling(page: ExplorerPage, rig: cl.Model) -> None:
     """When it is switched on; then a kick finds the force as it was."""
     remembering = vehicle_of(rig.wheelset) | {"memory": True}
-    on = ["configure", remembering, rig.wheelset.element.normal_load]
+    on = ["configure", remembering, rig.wheelset.element.axle_load]
     run = drive(page, rig.wheelset, {"drive_torque": 2e4}, 0.01, on, 0.01, ["kick", 0.01], 0.01)
     _, kicked = (int(i) for i in np.flatnonzero(np.diff(run["time"]) == 0.0))
     force = run["creep_force"]
@@ -285,7 +285,7 @@ def test_the_rate_is_that_of_the_creepage(page: ExplorerPage, locomotive: cl.Mod
 
 
 def test_parameters_change_while_it_runs(page: ExplorerPage, rig: cl.Model) -> None:
-    load = rig.wheelset.element.normal_load
+    load = rig.wheelset.element.axle_load
     heavier = vehicle_of(rig.wheelset) | {"inertia": 500.0, "contact": "elliptic"}
     run = drive(
         page, rig.wheelset, {"drive_torque": 2e4}, 0.1, ["configure", heavier, 0.9 * load], 0.5

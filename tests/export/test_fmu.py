@@ -788,7 +788,7 @@ def test_steps_that_are_too_long_for_a_curve_that_rises_in_an_s_are_reported(
     wheelset, speed = model.wheelset, 10.0
     limit = longest_step(Description(model, "force_element"))
     folder = exported(model, tmp_path)
-    sliding = 0.3 * wheelset.radius * wheelset.element.normal_load
+    sliding = 0.3 * wheelset.radius * wheelset.element.axle_load
     for factor in (0.4, 3.0):
         with Instance(folder).start(omega=speed / wheelset.radius, speed=speed) as tool:
             coupled(

@@ -237,7 +237,7 @@ def test_stable_steps_are_those_of_the_formula(locomotive: cl.Model) -> None:
     assert wheelset.mass is not None
     element = wheelset.element
     inverse_mass = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
-    sliding = element.friction.kinetic * element.normal_load
+    sliding = element.friction.kinetic * element.axle_load
     slope = 0.75 * np.pi  # of Q/(f_d P) over zeta/zeta0, that of an ellipse
     unit_pole = slope * sliding / element.saturation_creepage * inverse_mass  # pole times speed
 

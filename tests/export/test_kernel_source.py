@@ -30,7 +30,7 @@ name = "a curve */ with a comment /* in its name \u00e9"
 [contact]
 radius_x = 0.46
 radius_y = 0.3
-normal_load = 1e5
+wheel_load = 1e5
 youngs_modulus = 210e9
 poisson_ratio = 0.3
 [law]
@@ -89,7 +89,7 @@ def random_inputs(model: cl.Model, count: int) -> Iterator[dict[str, float]]:
             "speed": float(speed),
             "omega": float(speed * (1.0 + size[0]) / element.radius),
             "normal_load": float(
-                element.normal_load * rng.choice([-0.1, 0.0, *rng.uniform(0.1, 2.0, 8)])
+                element.axle_load * rng.choice([-0.1, 0.0, *rng.uniform(0.1, 2.0, 8)])
             ),
             "friction_scale": float(rng.choice([0.0, 1e-7, *rng.uniform(0.1, 2.0, 8)])),
             "lateral_velocity": float(0.1 * size[1] * speed),

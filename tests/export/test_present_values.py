@@ -204,7 +204,7 @@ def run(
     tool: Instance, description: Description, later: dict[str, float], seed: int
 ) -> dict[str, FloatArray]:
     """Outputs, rates and indicators after the start and at random inputs."""
-    rng, load = np.random.default_rng(seed), description.element.normal_load
+    rng, load = np.random.default_rng(seed), description.element.axle_load
     variables = tool.description.modelVariables
     names = [v.name for v in variables if v.causality in ("output", "local")]
     given = {v.name for v in variables if v.causality == "input"}
@@ -383,8 +383,8 @@ def at_input(model: cl.Model, load: float, friction: float, slope: float = 1.0) 
         per_length = load * contact.normal_load_per_length
         model = of_part(model, "contact", replace(contact, normal_load_per_length=per_length))
     else:
-        nominal = load * contact.normal_load
-        model = of_part(model, "contact", replace(contact, normal_load=nominal))
+        nominal = load * contact.wheel_load
+        model = of_part(model, "contact", replace(contact, wheel_load=nominal))
     model = of_friction(model, static=friction * of.static, kinetic=friction * of.kinetic)
     return of_part(model, "wheelset", model.wheelset.with_slope(slope))
 
@@ -395,7 +395,7 @@ def test_inputs(models: dict[str, cl.Model], name: str, load: float, friction: f
     """Load and friction scale act as the nominal load and friction, in all outputs and rates."""
     nominal = models[name].wheelset.element
     declared_so = at_input(models[name], load, friction).wheelset.element
-    rng, weight = np.random.default_rng(54), declared_so.normal_load
+    rng, weight = np.random.default_rng(54), declared_so.axle_load
     given = np.zeros(60, kernel.struct_dtype("force_element_input"))
     given["speed"] = speed = rng.choice([0.0, 0.02, 1.0, 20.0], given.size)
     reference = np.maximum(speed, nominal.minimum_speed)
@@ -424,7 +424,7 @@ def test_inputs_of_a_drivetrain(
 ) -> None:
     """The same of loads, friction and slope of both wheels, at one point and after steps."""
     declared_so = at_input(models[name], load, friction, slope).wheelset
-    radius, weight = declared_so.radius, declared_so.element.normal_load
+    radius, weight = declared_so.radius, declared_so.element.axle_load
     parts: dict[str, Any] = {
         "axle": Axle(stiffness=6e6, damping=100.0, drive_share=0.6),
         "motor": Motor(lag=0.02),

@@ -196,7 +196,7 @@ def test_parameters_are_start_values_of_the_fmus(package: Path, locomotive: cl.M
     assert values["implicit"] == values["parallel_exchange"] == "true"
     inverse = wheelset.radius**2 / wheelset.inertia + 1.0 / wheelset.mass
     assert float(values["effective_inverse_mass"]) == pytest.approx(inverse, rel=1e-15)
-    assert float(values["normal_load"]) == wheelset.element.normal_load
+    assert float(values["normal_load"]) == wheelset.element.axle_load
     assert float(values["friction_scale"]) == 1.0
     assert float(values["resistance_force"]) == 0.0
 

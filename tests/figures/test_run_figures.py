@@ -114,7 +114,7 @@ def test_the_held_point_lies_on_the_curve_of_its_own_speed(locomotive: cl.Model)
 
 def test_without_damping_a_note_gives_the_torque_below_which_it_returns(rig: cl.Model) -> None:
     undamped = replace(rig.wheelset, damping=0.0)
-    sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.normal_load
+    sliding = undamped.radius * undamped.element.friction.kinetic * undamped.element.axle_load
     note = f"above {1e-3 * sliding:.4g} kN m"
     drawn = (
         fold_diagram(undamped, 24e3, 24e3),

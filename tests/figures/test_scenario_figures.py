@@ -404,7 +404,7 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         "softening_temperature": 600.0,
     }
     of_contact: dict[str, Any] = {
-        "normal_load": 9e4,
+        "axle_load": 9e4,
         "radius_y": 0.4,
         "poisson_ratio": 0.28,
         "theory": "strips",
@@ -441,7 +441,7 @@ def test_a_report_has_what_no_line_shows(wet: cl.Scenario) -> None:
     case = replace(
         wet,
         track=replace(wet.track, cleaning=2e-3, recovered=0.8),
-        wheel_load=cl.vehicle.WheelLoad(time=(0.0, 1.0), factor=(0.9, 1.2)),
+        dynamic_load=cl.vehicle.DynamicLoad(time=(0.0, 1.0), factor=(0.9, 1.2)),
     )
     cleaned = "Cleaning 0.002 m/J up to the factor 0.8"
     assert track_text(case) == f"{cleaned}; wheel load of the static one, times 0.9 to 1.2."

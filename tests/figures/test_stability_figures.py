@@ -151,7 +151,7 @@ def test_phase_portrait_has_the_basin_and_runs_obey_it(
     assert style == "--"
     rate = np.where(np.isfinite(solid), solid, dashed)
     # The rate of the creepage is that of the equations of motion.
-    load = rig.wheelset.element.normal_load
+    load = rig.wheelset.element.axle_load
     for i in (50, 400, 900):
         omega = (1.0 + zeta[i]) * V / rig.wheelset.radius
         motion, _ = rig.wheelset.rates(omega, V, torque, load, 1.0, 0.0)

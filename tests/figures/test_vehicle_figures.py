@@ -69,7 +69,7 @@ def test_axles_can_be_read_on_one_scale(
     for column, axle, metrics in zip(grid.T, run.axles, axles, strict=True):
         force, load, torque, speed, friction = column
         assert_allclose(drawn(force), 1e-3 * axle["creep_force"])
-        assert_allclose(np.asarray(load.lines[0].get_ydata()), 1e-3 * axle["normal_load"])
+        assert_allclose(np.asarray(load.lines[0].get_ydata()), 1e-3 * axle["axle_load"])
         assert_allclose(drawn(torque), 1e-3 * axle["drive_torque"])
         _, rim, _ = checks.lines(speed, "wheel rim")
         assert_allclose(rim, axle["speed"] + axle["slip_velocity"])
@@ -117,7 +117,7 @@ def test_a_path_ends_where_the_axle_is(run: VehicleResult, tmp_path: Path) -> No
     assert {axes.get_xscale() for axes in figure.axes} == {"linear"}
     for axes, axle in zip(figure.axes, run.axles, strict=True):
         worst, best, *path, end = axes.lines
-        ratio = axle["creep_force"] / axle["normal_load"]
+        ratio = axle["creep_force"] / axle["axle_load"]
         assert checks.place(end) == pytest.approx((axle["creepage"][-1], ratio[-1]))
         values = [np.asarray(line.get_ydata()) for line in path]
         assert_allclose(np.nanmax(values), np.abs(ratio).max())
@@ -156,7 +156,7 @@ def test_a_path_is_drawn_where_it_can_be_read(run: VehicleResult) -> None:
     """Down to the contact's minimum speed, without jumps from row to row, thin where it repeats."""
     wheelset = scenario().drivetrain.wheelset
     slow = np.interp(run.time, (0.0, 5.0, 6.0), (1.0, 1.0, 0.0))
-    ones = {"speed": slow, "falling_branch": np.zeros_like(slow), "normal_load": 0.0 * slow + 1e5}
+    ones = {"speed": slow, "falling_branch": np.zeros_like(slow), "axle_load": 0.0 * slow + 1e5}
     once, often = (0.01 * (0.5 - 0.5 * np.cos(k * np.pi * run.time / 6.0)) for k in (1, 60))
     jumps = np.where(run.time < 2.0, once, 0.019 + 0.0 * once)
     paths = {}

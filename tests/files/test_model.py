@@ -31,7 +31,7 @@ def test_roller_rig_is_the_wheel_of_the_paper(rig: cl.Model) -> None:
     element = rig.wheelset.element
     assert element.radius == 0.5
     assert element.contact.semi_width == pytest.approx(5e-3)
-    assert element.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert element.axle_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     assert element.friction.kinetic == 0.21
     assert cl.laws.saturation_creepage(element.contact, element.friction) == pytest.approx(0.0021)
     assert rig.wheelset.speed_held
@@ -43,7 +43,7 @@ def test_locomotive_rolls_on_a_60e1_rail(locomotive: cl.Model) -> None:
     assert isinstance(contact, cl.EllipticContact)
     assert (contact.radius_x, contact.radius_y) == (locomotive.wheelset.radius, 0.3)
     assert contact.semi_axis_y < 10e-3  # half the width of the crown's arc
-    assert element.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert element.axle_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     assert contact.theory == "half_space"
     assert element.table is cl.carter_griffith_table("elliptic")
 
@@ -130,7 +130,7 @@ FRICTION = f"[friction]\n{STATIC}\nkinetic = 0.21\n{K_HAT}\n"
 SHAPE = 'radius = "500 mm"\nsemi_width = "5 mm"'
 MEASURED = f"""[contact]
 {SHAPE}
-normal_load = 9e4
+wheel_load = 9e4
 youngs_modulus = 2.1e11
 poisson_ratio = 0.3
 [wheelset]
@@ -143,7 +143,7 @@ def test_elliptic_contact_by_semi_axes_or_radii(tmp_path: Path) -> None:
     by_axes = load_changed(tmp_path, None, axes).wheelset.element.contact
     assert isinstance(by_axes, cl.EllipticContact)
     assert (by_axes.semi_axis_x, by_axes.semi_axis_y) == pytest.approx((12e-3, 20e-3), rel=1e-13)
-    assert by_axes.normal_load == 110.325e3
+    assert by_axes.wheel_load == 110.325e3
     radii = {SHAPE: f"radius_x = {by_axes.radius_x!r}\nradius_y = {by_axes.radius_y!r}"}
     with pytest.warns(cl.InputWarning, match=r"radius_x = 3\.6.* m and wheelset\.radius"):
         element = load_changed(tmp_path, None, radii).wheelset.element
@@ -166,7 +166,7 @@ def test_a_contact_with_memory_has_the_lengths_of_its_shape(tmp_path: Path, name
     length = scales.relaxation_length / contact.semi_width
     assert length == pytest.approx(contact.relaxation_lengths.longitudinal, rel=1e-12)
     record = element.evaluate(omega=element.minimum_speed / element.radius, speed=10.0 * 0.01)
-    scale = element.friction.kinetic * element.normal_load / element.saturation_creepage
+    scale = element.friction.kinetic * element.axle_load / element.saturation_creepage
     slope = record["force_gradient"] * element.minimum_speed / scale
     assert scales.initial_slope == pytest.approx(slope, rel=1e-6)
 
@@ -260,7 +260,7 @@ def test_load_and_friction_stretch_a_measured_curve(tmp_path: Path) -> None:
         element = cl.load_model(tmp_path / "force.toml").wheelset.element
         for load, scale in ((3.6e5, 1.0), (9e4, 0.5), (1e4, 0.7)):
             stretch = scale * (load / 9e4) ** power
-            outputs = element.at_creepage(zeta, speed=9.0, normal_load=load, friction_scale=scale)
+            outputs = element.at_creepage(zeta, speed=9.0, axle_load=load, friction_scale=scale)
             expected = scale * curve.traction_coefficient(zeta / stretch)
             np.testing.assert_allclose(outputs["traction_coefficient"], expected, atol=1e-7)
 
@@ -269,7 +269,7 @@ FORCE = """
 [contact]
 radius_x = 0.46
 radius_y = 0.3
-normal_load = "90 kN"
+wheel_load = "90 kN"
 youngs_modulus = "210 GPa"
 poisson_ratio = 0.3
 [wheelset]
@@ -341,16 +341,16 @@ def test_wheels_share_the_load(tmp_path: Path) -> None:
         load_changed(tmp_path, None, {"wheels = 2": f"wheels = {n}"}).wheelset.element
         for n in (1, 2, 6)
     )
-    assert two.normal_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
+    assert two.axle_load == pytest.approx(22.5e3 * 9.80665, rel=1e-4)
     for load, scale in ((1e5, 1.0), (2e4, 0.6)):
         given: dict[str, Any] = {
             "omega": np.linspace(19.0, 23.0, 21),
             "speed": 10.0,
             "friction_scale": scale,
         }
-        single = one.force(normal_load=load, **given)
-        np.testing.assert_allclose(two.force(normal_load=2 * load, **given), 2 * single, rtol=1e-14)
-        np.testing.assert_allclose(six.force(normal_load=6 * load, **given), 6 * single, rtol=1e-14)
+        single = one.force(axle_load=load, **given)
+        np.testing.assert_allclose(two.force(axle_load=2 * load, **given), 2 * single, rtol=1e-14)
+        np.testing.assert_allclose(six.force(axle_load=6 * load, **given), 6 * single, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -437,7 +437,7 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
     tmp_path: Path, table: cl.CreepForceTable
 ) -> None:
     changes = {
-        'normal_load = "110.325 kN"': 'normal_load = "22.5 t"',
+        'wheel_load = "110.325 kN"': 'wheel_load = "22.5 t"',
         "static = 0.45": "statc = 0.45",
         "k_hat = 0.3": 'k_hat = "big"',
         "[resistance]": "[resistence]",
@@ -449,7 +449,7 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
     lines = [line.partition("changed.toml: ")[2] for line in caught.value.lines]
     assert str(caught.value).split("\n") == list(caught.value.lines)
     expected = [
-        r"contact\.normal_load = '22\.5 t' is a mass; its weight is \"220\.6 kN\"",
+        r"contact\.wheel_load = '22\.5 t' is a mass; its weight is \"220\.6 kN\"",
         r"friction\.statc is not a known key; did you mean 'static'\?",
         r"friction\.k_hat = 'big' does not begin with a number",
         r"wheelset\.inertia = -1\.0 is out of range: must be finite and > 0",
@@ -463,7 +463,7 @@ def test_all_mistakes_come_at_once_in_the_order_of_the_file(
 def test_a_measured_law_with_a_mistake_still_needs_no_friction(tmp_path: Path) -> None:
     path = tmp_path / "wheel.toml"
     path.write_text(
-        "[contact]\nradius_x = 0.5\nradius_y = 0.3\nnormal_load = 1e5\nyoungs_modulus = 210e9\n"
+        "[contact]\nradius_x = 0.5\nradius_y = 0.3\nwheel_load = 1e5\nyoungs_modulus = 210e9\n"
         'poisson_ratio = 0.3\n[wheelset]\nradius = 0.5\n[law]\nkind = "measured"\n'
         'fle = "curve.csv"\n'
     )

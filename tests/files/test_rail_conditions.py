@@ -39,7 +39,7 @@ def polach(condition: RailCondition, zeta: FloatArray) -> FloatArray:
     decay = condition.friction["slip_rate_decay"]
     mu = mu0 * ((1.0 - residual) * np.exp(-decay * zeta * speed) + residual)
     c11 = float(cl.laws.kalker_coefficients(a / b, nu).c11)
-    eps = shear_modulus * math.pi * a * b * c11 * zeta / (4.0 * contact.normal_load * mu)
+    eps = shear_modulus * math.pi * a * b * c11 * zeta / (4.0 * contact.wheel_load * mu)
     k_a, k_s = condition.law["adhesion_reduction"], condition.law["slip_reduction"]
     stick = k_a * eps / (1.0 + (k_a * eps) ** 2)
     return np.asarray(2.0 * mu / math.pi * (stick + np.arctan(k_s * eps)))

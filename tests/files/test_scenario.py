@@ -18,7 +18,7 @@ from contactlib.base.writing import package_folder
 from contactlib.element import ProcessZoneWarning
 from contactlib.files.reading import file_kind
 from contactlib.traction import OpenLoop, Sensors
-from contactlib.vehicle import Axle, Drivetrain, Motor, WheelLoad
+from contactlib.vehicle import Axle, Drivetrain, DynamicLoad, Motor
 
 MODELS = package_folder("models")
 SHIPPED = sorted(p.stem for p in MODELS.glob("*.toml") if "demand" in tomllib.loads(p.read_text()))
@@ -196,7 +196,7 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
         time = [5.0, 8.0]
         friction_over_time = [1.0, 0.5]
         slope = ["30 %", 1.0]
-        [wheel_load]
+        [dynamic_load]
         frequency = [0.5, "10 Hz"]
         density = [0.02, 0.0]
         seed = 7
@@ -218,7 +218,9 @@ def test_all_sections_are_read(tmp_path: Path) -> None:
     assert scenario.track.friction_left == cl.Profile((1e3, 2e3), (0.5, 1.0))
     assert scenario.track.friction_scale(1e3, 9.0).tolist() == [0.25, 0.5]
     assert scenario.track.slope == cl.Profile((1e3, 2e3), (0.3, 1.0))
-    assert scenario.wheel_load == WheelLoad(frequency=(0.5, 10.0), density=(0.02, 0.0), seed=7.0)
+    assert scenario.dynamic_load == DynamicLoad(
+        frequency=(0.5, 10.0), density=(0.02, 0.0), seed=7.0
+    )
     assert list(scenario.controllers) == ["first", "second"]
     assert scenario.controller("second").sample_time == pytest.approx(5e-3)
     # One key changes, and what follows from it: k_hat and saturation creepage are as in the file.
@@ -340,7 +342,7 @@ ADDED = [
         "[track]\ndistance = [0.0, 1.0]\nfriction = [1.0]",
         r"track\.distance has 2 and friction 1 entries",
     ),
-    ("[wheel_load]\ntime = [0.0]", r"wheel_load\.time and factor, or"),
+    ("[dynamic_load]\ntime = [0.0]", r"dynamic_load\.time and factor, or"),
     ("[axes.x]\nvalues = [1.0]", r"is a sweep"),
 ]
 
@@ -463,12 +465,12 @@ def test_an_implausible_change_of_the_vehicle_warns_once(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("change", "doubt"),
     [
-        ("contact]\nnormal_load = 40e3", r"load = 4e\+04 N, but .* wheel carries 1\.103e\+05 N"),
+        ("contact]\nwheel_load = 40e3", r"load = 4e\+04 N, but .* wheel carries 1\.103e\+05 N"),
         ("wheelset]\nradius = 0.445", r"radius_x = 0\.5 m and wheelset\.radius = 0\.445 m differ"),
         ("wheelset]\nmass = 3e5", r"resistance is that of .*mass = 3e\+05 kg, .* 1\.425e\+05 kg"),
         ("wheelset]\n[motor]\ntrip_speed = 9", r"trip_speed = 9 m/s trips at the initial speed"),
         (
-            "wheelset]\nwheels = 1\n[wheelset_changes.contact]\nnormal_load = 220.65e3",
+            "wheelset]\nwheels = 1\n[wheelset_changes.contact]\nwheel_load = 220.65e3",
             r"wheelset\.wheels = 1: each axle of a vehicle has 2",
         ),
         (

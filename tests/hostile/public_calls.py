@@ -21,14 +21,14 @@ from contactlib import stability, traction
 from contactlib.laws import ContactHeat, Softening, ThermalContact
 from contactlib.stability import control_systems, torsion
 from contactlib.traction import Sensors
-from contactlib.vehicle import Axle, CreepCurve, Drivetrain, Motor, OperatingPoint, WheelLoad
+from contactlib.vehicle import Axle, CreepCurve, Drivetrain, DynamicLoad, Motor, OperatingPoint
 
 MODULES = (
     *(cl, cl.laws, cl.table, cl.element, cl.vehicle, stability, torsion, control_systems),
     *(traction, cl.files, cl.runs, cl.export),
 )
 NUMERIC = re.compile(r"(Annotated\[)?(float|int|ArrayLike|Axis|Values|Sequence\[int|tuple\[float)")
-CONDITIONS = ("speed", "normal_load", "friction_scale", "resistance_force")  # `GivenConditions`
+CONDITIONS = ("speed", "axle_load", "friction_scale", "resistance_force")  # `GivenConditions`
 
 CREEPAGES = np.linspace(0.001, 0.06, 12)
 COEFFICIENTS = 0.3 * np.tanh(CREEPAGES / 0.01)
@@ -46,7 +46,7 @@ def element() -> cl.ForceElement:
 
 
 def ellipse() -> cl.EllipticContact:
-    return cl.EllipticContact(normal_load=1e5, radius_x=0.5, radius_y=0.3, contact_modulus=115.4e9)
+    return cl.EllipticContact(wheel_load=1e5, radius_x=0.5, radius_y=0.3, contact_modulus=115.4e9)
 
 
 def friction() -> cl.Friction:
@@ -124,7 +124,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "ThermalContact": hot,
     "Track": lambda: cl.Track(friction_left=two_points()),
     "TractionData": data,
-    "WheelLoad": lambda: WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
+    "DynamicLoad": lambda: DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
     "Vehicle": lambda: vehicle_scenario().vehicle,
     "Wheelset": rig,
     "contact": ellipse,
@@ -168,6 +168,8 @@ NUMBERS: dict[str, Any] = {
     "friction_scale": 0.9,
     "initial_speed": 10.0,
     "kinetic": 0.21,
+    "axle_load": 1e5,
+    "wheel_load": 1e5,
     "normal_load": 1e5,
     "omega": 20.2,
     "radius": 0.5,

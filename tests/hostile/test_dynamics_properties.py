@@ -44,7 +44,7 @@ def test_fold_of_a_plateau_is_its_beginning(static: float) -> None:
     element = replace(train().element, friction=friction)
     body = replace(train(), element=element, mass=None, damping=0.0)
     fold = cl.find_fold(body, speed=10.0)
-    highest = static * element.normal_load
+    highest = static * element.axle_load
     assert fold.drive_torque == pytest.approx(body.radius * highest, rel=1e-14)
     near = fold.creepage * np.array([1.0 - 1e-9, 1.0, 1.0 + 1e-9])
     assert (element.at_creepage(near, speed=10.0)["force_limited"] > 0).tolist() == [
@@ -97,7 +97,7 @@ def test_energy_is_kept_and_friction_takes_it(seed: int) -> None:
     power = result["creep_force"] * result["slip_velocity"]
     assert power.min() >= 0.0
     assert np.diff(result["creep_work"]).min() > -1e-7 * max(works)
-    largest = body.element.friction.static * result["friction_scale"] * result["normal_load"]
+    largest = body.element.friction.static * result["friction_scale"] * result["axle_load"]
     assert (np.abs(result["creep_force"]) <= largest * (1.0 + 1e-14)).all()
 
 

@@ -347,17 +347,17 @@ ENTRANCES: dict[str, dict[str, float]] = {
     "CreepForceTable.evaluate": {"normalized_creepage": 0.8, "k_hat": 0.3, "layer_ratio": 0.1},
     "CreepForces.evaluate": {"semi_axis_x": 6e-3, "semi_axis_y": 5e-3, "normal_load": 1e5,
                              "creepage_x": -2e-3, "creepage_y": 1e-3, "spin": 0.4},
-    "ForceElement.evaluate": {"omega": 20.2, "speed": 10.0, "normal_load": 1e5,
+    "ForceElement.evaluate": {"omega": 20.2, "speed": 10.0, "axle_load": 1e5,
                               "friction_scale": 0.9, "lateral_velocity": 0.02},
-    "ForceElement.force": {"omega": 20.2, "speed": 10.0, "normal_load": 1e5},
-    "ForceElement.at_creepage": {"creepage": 0.01, "normal_load": 1e5},
+    "ForceElement.force": {"omega": 20.2, "speed": 10.0, "axle_load": 1e5},
+    "ForceElement.at_creepage": {"creepage": 0.01, "axle_load": 1e5},
     "ThermalContact.traction_coefficient": {"creepage": 0.01, "speed": 10.0},
     "CreepCurve.torque": {"creepage": 0.01},
     "CreepCurve.pole": {"creepage": 0.01},
     "poles": {"creepage": 0.01, "speed": 10.0},
-    "available_force": {"speed": 10.0, "normal_load": 1e5},
+    "available_force": {"speed": 10.0, "axle_load": 1e5},
     "Track.friction_scale": {"distance": 0.2},
-    "WheelLoad.__call__": {"time": 0.4},
+    "DynamicLoad.__call__": {"time": 0.4},
 }  # fmt: skip
 
 
@@ -385,7 +385,7 @@ def test_layout_of_an_array_does_not_count(name: str) -> None:
 # which overflows at large gains.
 NO_EXTREMES = {
     "sampled_loop",
-    "WheelLoad",
+    "DynamicLoad",
     "benchmark",
     "benchmark_scenarios",
     "sensor_errors",

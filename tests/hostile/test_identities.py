@@ -45,11 +45,11 @@ lines = st.builds(
     semi_width=magnitude(1e-6, 1e-1),
     radius=magnitude(1e-3, 1e2),
     contact_modulus=magnitude(1e6, 1e12),
-    normal_load=magnitude(1e-6, 1e7),
+    wheel_load=magnitude(1e-6, 1e7),
 )
 ellipses = st.builds(
     cl.EllipticContact,
-    normal_load=magnitude(1e-3, 1e7),
+    wheel_load=magnitude(1e-3, 1e7),
     radius_x=magnitude(1e-3, 1.0),
     radius_y=magnitude(1e-2, 1e2),
     contact_modulus=magnitude(1e6, 1e12),
@@ -95,12 +95,12 @@ def test_odd_bounded_and_dissipative(
     element = wheel.element()
     omega = omega_at(element, x, speed)
     assume(abs(omega) < 1e9)
-    loaded = {"normal_load": load * wheel.contact.normal_load, "friction_scale": scale}
+    loaded = {"axle_load": load * wheel.contact.wheel_load, "friction_scale": scale}
     force = float(element.force(omega=omega, speed=speed, **loaded))
     assert math.isfinite(force)
     assert float(element.force(omega=-omega, speed=-speed, **loaded)) == -force
     assert force * (omega * element.radius - speed) >= 0.0
-    bound = element.friction.static * scale * loaded["normal_load"]
+    bound = element.friction.static * scale * loaded["axle_load"]
     # The kernel cuts Q/(f_d P) at f_s/f_d, whose product with f_d is f_s but for rounding.
     assert abs(force) <= bound * (1.0 + 4.0 * np.finfo(float).eps)
 
@@ -157,7 +157,7 @@ def test_force_has_no_step_at_rest_at_the_minimum_speed_or_anywhere(
     gap = min(near, 0.1 * zeta0) * max(abs(speed), element.minimum_speed)
     ends = element.evaluate(omega=omega, speed=[speed - gap, speed, speed + gap])
     steepest = np.abs(ends["force_gradient"]).max() / element.radius  # of the force by slip
-    whole = element.friction.static * wheel.contact.normal_load
+    whole = element.friction.static * wheel.contact.wheel_load
     by_speed = steepest * (1.0 + abs(ends["creepage"][1])) + whole * (
         element.friction.slip_rate_decay + 1.0 / element.minimum_speed
     )
@@ -173,22 +173,22 @@ def test_load_scales_the_contact_as_hertz_says(
 ) -> None:
     element = wheel.element()
     contact = wheel.contact
-    name = "normal_load" if isinstance(contact, cl.EllipticContact) else "normal_load_per_length"
+    name = "wheel_load" if isinstance(contact, cl.EllipticContact) else "normal_load_per_length"
     loaded = dataclasses.replace(contact, **{name: factor * getattr(contact, name)})
     exponent = contact.load_exponent
     k_hat = cl.laws.k_hat(loaded, element.friction)
     assert k_hat == pytest.approx(element.k_hat * factor**-exponent, rel=1e-9)
     zeta0 = cl.laws.saturation_creepage(loaded, element.friction)
     assert zeta0 == pytest.approx(element.saturation_creepage * factor**exponent, rel=1e-9)
-    at_load = element.saturation_creepage_at(normal_load=loaded.normal_load)
+    at_load = element.saturation_creepage_at(axle_load=loaded.wheel_load)
     assert at_load == pytest.approx(zeta0, rel=1e-9)
     assume(k_hat <= 1.99)
     other = element_of(loaded, element.friction)
     omega = omega_at(other, x, speed)
     assume(abs(omega) < 1e9)
     force = float(other.force(omega=omega, speed=speed))
-    found_force = float(element.force(omega=omega, speed=speed, normal_load=loaded.normal_load))
-    slack = 1e-9 * other.friction.static * loaded.normal_load
+    found_force = float(element.force(omega=omega, speed=speed, axle_load=loaded.wheel_load))
+    slack = 1e-9 * other.friction.static * loaded.wheel_load
     assert found_force == pytest.approx(force, rel=1e-8, abs=slack)
 
 
@@ -209,7 +209,7 @@ def test_friction_scale_multiplies_both_coefficients(
     assume(abs(omega) < 1e9)
     force = float(other.force(omega=omega, speed=speed))
     scaled = float(element.force(omega=omega, speed=speed, friction_scale=scale))
-    slack = 1e-10 * friction.static * wheel.contact.normal_load
+    slack = 1e-10 * friction.static * wheel.contact.wheel_load
     assert scaled == pytest.approx(force, rel=1e-9, abs=slack)
 
 

@@ -20,7 +20,7 @@ import contactlib as cl
 from contactlib.base.text import printable_line
 from contactlib.base.writing import MAX_BYTES, package_folder
 from contactlib.cli.commands import main
-from contactlib.export import package, page
+from contactlib.export import fmu_page, package
 from contactlib.files.reading import file_beside
 from contactlib.runs.sweep.ensemble import read_dataset
 
@@ -170,7 +170,7 @@ def test_the_explorer_runs_its_own_script_and_takes_a_model_as_text(tmp_path: Pa
 def test_a_model_s_text_is_text_in_an_fmu(rig: cl.Model) -> None:
     models = [dataclasses.replace(rig, name=text, source=text) for text in (MARKUP, "x")]
     pages = [
-        page.index_page(package.describe(model, "wheelset", False, False)).decode()
+        fmu_page.index_page(package.describe(model, "wheelset", False, False)).decode()
         for model in models
     ]
     tags = [[tag for tag, _ in elements(text)] for text in pages]

@@ -211,7 +211,7 @@ def wheel() -> EllipticContact:
     return EllipticContact.from_semi_axes(
         semi_axis_x=6.304e-3,
         semi_axis_y=12.61e-3,
-        normal_load=106.7e3,
+        wheel_load=106.7e3,
         contact_modulus=82e9 / 0.72,
         poisson_ratio=0.28,
     )
@@ -232,7 +232,7 @@ def test_heat_explains_the_locomotives_fall_with_a_parameter_less(
     assert hot.bic < falling.bic
     assert abs(hot.aic - falling.aic) < 2.0
     flat = LineContact.from_semi_width(
-        semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, normal_load=106.7e3
+        semi_width=6.304e-3, radius=0.56, contact_modulus=82e9 / 0.72, wheel_load=106.7e3
     )
     given["contact"] = "line"
     longer = fit(CarterGriffith, locomotive, heat=ContactHeat(contact=flat), **given)
@@ -267,7 +267,7 @@ def test_a_layer_explains_the_locomotives_slope(
 @pytest.mark.parametrize("shape", ["line", "elliptic"])
 def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) -> None:
     line = LineContact.from_semi_width(
-        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3
     )
     contact = wheel if shape == "elliptic" else line
     ratio = 2e-13 * contact.tangential_modulus / (2.0 * contact.semi_width)
@@ -293,7 +293,7 @@ def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) 
 @pytest.mark.parametrize("k_hat", [0.0, 0.25])
 def test_softening_temperature_is_recovered(k_hat: float) -> None:
     line = LineContact.from_semi_width(
-        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3
     )
     heat = ContactHeat(contact=line)
     friction = friction_with_k_hat(line, k_hat=k_hat, static=0.45, kinetic=0.3)
@@ -320,7 +320,7 @@ def test_criteria_count_parameters() -> None:
 
 def test_heat_is_for_its_own_contact_and_takes_the_place_of_slip_rate() -> None:
     line = LineContact.from_semi_width(
-        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, normal_load=100e3
+        semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3
     )
     heat, data = ContactHeat(contact=line), made_up(0)
     with pytest.raises(ValueError, match="heat needs data with a speed"):

@@ -42,7 +42,7 @@ def line(peak_pressure: float = 0.8e9, semi_width: float = 6e-3) -> cl.LineConta
         semi_width=semi_width,
         radius=0.5 * MODULUS * semi_width / peak_pressure,
         contact_modulus=MODULUS,
-        normal_load=100e3,
+        wheel_load=100e3,
     )
 
 
@@ -50,7 +50,7 @@ def ellipse(peak_pressure: float = 0.8e9, semi_width: float = 6e-3) -> cl.Ellipt
     return cl.EllipticContact.from_semi_axes(
         semi_axis_x=semi_width,
         semi_axis_y=1.5 * semi_width,
-        normal_load=np.pi * peak_pressure * semi_width**2,
+        wheel_load=np.pi * peak_pressure * semi_width**2,
         contact_modulus=MODULUS,
     )
 

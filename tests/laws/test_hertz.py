@@ -43,7 +43,7 @@ def test_ellipse_is_that_of_scipy_s_integrals() -> None:
         10.0 ** rng.uniform((-3.0, -3.0, 3.0), (3.0, 3.0, 6.0), (100, 3))
     ).tolist():
         ball = cl.EllipticContact(
-            normal_load=load, radius_x=rx, radius_y=ry, contact_modulus=MODULUS, theory="strips"
+            wheel_load=load, radius_x=rx, radius_y=ry, contact_modulus=MODULUS, theory="strips"
         )
         a, b, stiffness = ball.semi_axis_x, ball.semi_axis_y, math.pi * MODULUS / load
         assert stiffness / elliprd(0.0, b**2, a**2) == pytest.approx(rx, rel=1e-13)
@@ -52,17 +52,17 @@ def test_ellipse_is_that_of_scipy_s_integrals() -> None:
 
 def test_semi_width_given_or_found() -> None:
     line = cl.LineContact.from_semi_width(
-        semi_width=5e-3, radius=0.5, contact_modulus=MODULUS, normal_load=220e3
+        semi_width=5e-3, radius=0.5, contact_modulus=MODULUS, wheel_load=220e3
     )
     assert line.semi_width == pytest.approx(5e-3, rel=1e-14)
-    assert line.normal_load == pytest.approx(220e3, rel=1e-14)
+    assert line.wheel_load == pytest.approx(220e3, rel=1e-14)
 
 
 def ellipse(
     radius_x: float, radius_y: float, load: float = 1e5, theory: Theory = "half_space"
 ) -> cl.EllipticContact:
     return cl.EllipticContact(
-        normal_load=load,
+        wheel_load=load,
         radius_x=radius_x,
         radius_y=radius_y,
         contact_modulus=MODULUS,
@@ -75,7 +75,7 @@ def test_semi_axes_given_or_found(aspect: float) -> None:
     contact = cl.EllipticContact.from_semi_axes(
         semi_axis_x=5e-3,
         semi_axis_y=5e-3 * aspect,
-        normal_load=1e5,
+        wheel_load=1e5,
         contact_modulus=MODULUS,
         theory="strips",
     )

@@ -33,7 +33,7 @@ def saturation_creepage(mu: FloatArray) -> FloatArray:
     contact = EllipticContact.from_semi_axes(
         semi_axis_x=6.304e-3,
         semi_axis_y=12.61e-3,
-        normal_load=106.7e3,
+        wheel_load=106.7e3,
         contact_modulus=82e9 / (1.0 - NU),
         poisson_ratio=NU,
     )

@@ -83,7 +83,7 @@ def test_of_many_ellipses() -> None:
 @pytest.mark.parametrize(("a", "held"), [(7e-3, 1.4), (5e-5, 0.05)])
 def test_of_an_elliptic_contact(a: float, held: float) -> None:
     contact = cl.EllipticContact.from_semi_axes(
-        semi_axis_x=a, semi_axis_y=5e-3, normal_load=75e3, contact_modulus=115e9, poisson_ratio=0.28
+        semi_axis_x=a, semi_axis_y=5e-3, wheel_load=75e3, contact_modulus=115e9, poisson_ratio=0.28
     )
     expected = cl.laws.relaxation_lengths(held, 0.28)
     assert contact.relaxation_lengths == pytest.approx(list(map(float, expected)), rel=1e-9)

@@ -21,7 +21,7 @@ def ellipse(a_over_b: float, nu: float, theory: Theory, load: float = LOAD) -> c
     return cl.EllipticContact.from_semi_axes(
         semi_axis_x=SIDE * a_over_b**0.5,
         semi_axis_y=SIDE / a_over_b**0.5,
-        normal_load=load,
+        wheel_load=load,
         contact_modulus=SHEAR_MODULUS / (1.0 - nu),
         poisson_ratio=nu,
         theory=theory,
@@ -37,7 +37,7 @@ def element(
 
 def traction_ratio(of: cl.ForceElement, creepage: Any) -> FloatArray:
     force = of.at_creepage(creepage, speed=10.0)["creep_force"]
-    return np.asarray(force / (of.friction.kinetic * of.normal_load))
+    return np.asarray(force / (of.friction.kinetic * of.axle_load))
 
 
 def reference_ratio(
@@ -45,7 +45,7 @@ def reference_ratio(
 ) -> FloatArray:
     contact, friction = of.contact, of.friction
     assert isinstance(contact, cl.EllipticContact)
-    unit = SHEAR_MODULUS * SIDE**2 / (friction.kinetic * contact.normal_load)
+    unit = SHEAR_MODULUS * SIDE**2 / (friction.kinetic * contact.wheel_load)
     forces = rolling_forces(
         unit * np.outer(creepage, [-1.0, 0.0, 0.0]),
         a_over_b=contact.semi_axis_x / contact.semi_axis_y,
@@ -96,7 +96,7 @@ def test_without_a_half_space_the_element_is_its_table(theory: str) -> None:
     contact: cl.LineContact | cl.EllipticContact = ellipse(1.5, 0.28, "strips")
     if theory == "line":
         contact = cl.LineContact.from_semi_width(
-            semi_width=5e-3, radius=0.5, contact_modulus=115e9, normal_load=1e5
+            semi_width=5e-3, radius=0.5, contact_modulus=115e9, wheel_load=1e5
         )
     table = cl.carter_griffith_table("line" if theory == "line" else "elliptic")
     friction = cl.friction_with_k_hat(contact, k_hat=0.3, static=0.6, kinetic=0.25)
@@ -104,7 +104,7 @@ def test_without_a_half_space_the_element_is_its_table(theory: str) -> None:
     assert of.parameters["softening"] == 0.0
     record = of.at_creepage(np.geomspace(1e-5, 1.0, 400), speed=10.0)
     x = record["creepage"] * (1.0 / of.saturation_creepage)
-    expected = friction.kinetic * of.normal_load * table.traction_ratio(x, of.k_hat)
+    expected = friction.kinetic * of.axle_load * table.traction_ratio(x, of.k_hat)
     np.testing.assert_array_equal(record["creep_force"], expected)
 
 

@@ -301,7 +301,7 @@ def test_a_run_with_loads_by_statics_slips_away_alike(
     assert times[1][0] < times[1][2] < times[1][1]
     for at in (2.0, 4.0, 6.0):
         now, then = np.searchsorted(run.time, at), np.searchsorted(statics.time, at)
-        np.testing.assert_allclose(statics["normal_load"][then], run.load[now], rtol=5e-3)
+        np.testing.assert_allclose(statics["axle_load"][then], run.load[now], rtol=5e-3)
 
 
 def linear_curving(locomotive: Locomotive, speed: float) -> tuple[FloatArray, FloatArray]:

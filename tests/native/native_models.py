@@ -49,7 +49,7 @@ def native(description: Description, **start: float) -> kernel.NativeModel:
 
 def steady_memory(element: cl.ForceElement, *, omega: float, speed: float) -> dict[str, float]:
     """States of a contact with memory in steady rolling under nominal load."""
-    given = {"omega": omega, "speed": speed, "normal_load": element.normal_load}
+    given = {"omega": omega, "speed": speed, "normal_load": element.axle_load}
     inputs = np.zeros((), kernel.struct_dtype("force_element_input"))
     for name, value in {**given, "friction_scale": 1.0}.items():
         inputs[name] = value

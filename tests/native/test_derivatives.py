@@ -26,7 +26,7 @@ def models(
     wheelset = rig.wheelset
     polach = cl.Polach.dry()
     elliptic = cl.EllipticContact.from_semi_axes(
-        semi_axis_x=5e-3, semi_axis_y=9e-3, normal_load=90e3, contact_modulus=115e9
+        semi_axis_x=5e-3, semi_axis_y=9e-3, wheel_load=90e3, contact_modulus=115e9
     )
     friction = cl.friction_with_k_hat(elliptic, k_hat=0.3, static=0.45, kinetic=0.21)
     elements = {
@@ -87,13 +87,13 @@ def random_points(description: Description, count: int, seed: int) -> Iterator[d
     for i in range(count):
         speed = 0.0 if i % 8 == 0 else sign() * 10 ** rng.uniform(-2.0, 1.7)
         at_rest = 0.5 * element.minimum_speed
-        width, load = element.contact.semi_width, element.contact.normal_load
+        width, load = element.contact.semi_width, element.contact.wheel_load
         across = (i % 2) * element.saturation_creepage * max(abs(speed), at_rest)
         creepage = element.saturation_creepage * sign() * 10 ** rng.uniform(-1.5, 1.0)
         point = {
             "omega": (speed + max(abs(speed), at_rest) * creepage) / element.radius,
             "speed": speed,
-            "normal_load": element.contact.normal_load * (rng.uniform(0.3, 2.0) if i % 9 else -0.5),
+            "normal_load": element.contact.wheel_load * (rng.uniform(0.3, 2.0) if i % 9 else -0.5),
             "friction_scale": rng.uniform(0.5, 1.2),
             "lateral_velocity": across * sign() * 10 ** rng.uniform(-1.5, 0.5),
             "spin_velocity": across * sign() * 10 ** rng.uniform(-1.5, 0.5) / width,

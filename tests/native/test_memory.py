@@ -54,7 +54,7 @@ SAME_AT_ANY_SPEED = ["line", "ellipse", "cohesive", "layer", "constant"]
 
 def evaluated(element: cl.ForceElement, **given: Any) -> Any:
     """Outputs of the kernel, at nominal load if none is given."""
-    given = {"normal_load": element.normal_load, "friction_scale": 1.0, **given}
+    given = {"normal_load": element.axle_load, "friction_scale": 1.0, **given}
     inputs = np.zeros(
         np.broadcast_shapes(*map(np.shape, given.values())),
         kernel.struct_dtype("force_element_input"),
@@ -83,7 +83,7 @@ def random_states(element: cl.ForceElement, count: int, seed: int) -> dict[str, 
     given = {
         "omega": (speed + np.abs(speed) * creepage) / element.radius,
         "speed": speed,
-        "normal_load": element.normal_load * rng.uniform(0.3, 2.0, count),
+        "normal_load": element.axle_load * rng.uniform(0.3, 2.0, count),
         "friction_scale": rng.uniform(0.5, 1.2, count),
         "unslipped": rng.uniform(-0.05, 1.05, count),
     }
@@ -123,11 +123,11 @@ def test_rolling_on_comes_to_the_force_of_the_law(rig: cl.Model, creepage: float
     element, speed = rig.wheelset.element, 2.0
     omega = (1.0 + creepage) * speed / element.radius
     expected = float(element.force(omega=omega, speed=speed))
-    for start in (-0.3 * element.normal_load, 0.0, 0.4 * element.normal_load):
+    for start in (-0.3 * element.axle_load, 0.0, 0.4 * element.axle_load):
         for unslipped in (0.0, 1.0):
             model = model_of(rig, omega=omega, speed=speed, held_force=start, unslipped=unslipped)
             model.advance(2.0, 1e-9)  # more than 300 relaxation lengths
-            largest = element.friction.static * element.normal_load
+            largest = element.friction.static * element.axle_load
             assert model.get("creep_force")[0] == pytest.approx(expected, abs=1e-9 * largest)
 
 
@@ -184,7 +184,7 @@ def test_steps_are_the_integral_of_the_rates(rig: cl.Model, locomotive: cl.Model
     for _ in range(6):
         speed = float(rng.choice([-1.0, 0.0, 1.0]) * 10 ** rng.uniform(-3.0, 1.0))
         slip = float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-4.0, 0.0))
-        force = element.friction.static * element.normal_load
+        force = element.friction.static * element.axle_load
         core, outer = rng.uniform(-0.9, 0.9, 2) * [1.0 - OUTER_STRENGTH, OUTER_STRENGTH] * force
         start = [core + outer, rng.uniform(0.0, 1.0), outer]
         path = 10 ** rng.uniform(-3.0, 0.5) * element.memory_scales.relaxation_length
@@ -206,7 +206,7 @@ def test_steps_are_the_integral_of_the_rates(rig: cl.Model, locomotive: cl.Model
         stepped = model_of(
             model,
             **given,
-            normal_load=element.normal_load,
+            normal_load=element.axle_load,
             **dict(zip(MEMORY[:3], start, strict=True)),
         )
         stepped.advance(step, 1e-9)
@@ -248,7 +248,7 @@ def test_mirrored_histories_give_mirrored_forces(
 
 
 def test_wheel_holds_its_force_at_standstill(rig: cl.Model) -> None:
-    load = rig.wheelset.element.normal_load
+    load = rig.wheelset.element.axle_load
     model = model_of(rig, omega=0.0, speed=0.0, held_force=0.15 * load, outer_force=0.05 * load)
     (before,) = model.get("creep_force")
     model.advance(100.0)
@@ -265,7 +265,7 @@ def test_force_at_standstill_begins_with_the_stiffness_of_mindlin(
     out = evaluated(element, omega=slips / element.radius, speed=0.0, unslipped=1.0)
     grown = out["held_rate"] * memory.relaxation_length * element.saturation_creepage
     slope = memory.standing_stiffness * memory.initial_slope * element.friction.kinetic
-    slope *= element.normal_load
+    slope *= element.axle_load
     np.testing.assert_allclose(grown / slips, slope, rtol=1e-3)
 
 
@@ -327,7 +327,7 @@ def test_load_may_jump(rig: cl.Model, factor: float) -> None:
         model.advance(1e-3)
         assert abs(model.get("creep_force")[0]) <= largest * (1.0 + 1e-12)
     model.advance(10.0)
-    expected = float(element.force(omega=omega, speed=speed, normal_load=factor * load))
+    expected = float(element.force(omega=omega, speed=speed, axle_load=factor * load))
     assert model.get("creep_force")[0] == pytest.approx(expected, rel=1e-6)
 
 
@@ -387,7 +387,7 @@ def test_parameters_of_memory_do_nothing_without_it(
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
 def test_solvers_pass_through_lift_off(rig: cl.Model, method: Any, tolerance: float) -> None:
     element = with_memory(rig).wheelset.element
-    native, speed, load = element.rolling_native, 10.0, element.normal_load
+    native, speed, load = element.rolling_native, 10.0, element.axle_load
     friction = element.friction.kinetic * load
 
     def rates(t: float, y: FloatArray) -> list[float]:
@@ -412,7 +412,7 @@ def test_bounded_work_stays_within_friction(rig: cl.Model, substeps: int) -> Non
         model_of(rig, speed=10.0, omega=20.0, max_substeps=count) for count in (0.0, substeps)
     )
     element, omega, errors = rig.wheelset.element, 10.0 / rig.wheelset.radius, []
-    largest = element.friction.static * element.normal_load
+    largest = element.friction.static * element.axle_load
     for i in range(900):
         friction = 0.4 if 600 < i < 750 else 1.0
         for model in (exact, bounded):
@@ -422,6 +422,6 @@ def test_bounded_work_stays_within_friction(rig: cl.Model, substeps: int) -> Non
             model.evaluate()
         forces = [model.get("creep_force")[0] for model in (exact, bounded)]
         assert abs(forces[1]) <= friction * largest * (1.0 + 1e-12)
-        errors.append((forces[1] - forces[0]) / (element.friction.kinetic * element.normal_load))
+        errors.append((forces[1] - forces[0]) / (element.friction.kinetic * element.axle_load))
         omega += 1e-3 * (min(30.0 * i, 1.2e4) - element.radius * forces[0]) / 125.0
     assert np.sqrt(np.mean(np.square(errors))) < (0.02 if substeps < 3 else 0.01)

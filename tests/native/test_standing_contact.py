@@ -28,7 +28,7 @@ class Standing:
         stiffness = scales.standing_stiffness * scales.initial_slope / scales.relaxation_length
         self.model, self.radius = model, element.radius
         self.unit = element.saturation_creepage / stiffness  # [m]
-        self.most = element.friction.static * element.normal_load
+        self.most = element.friction.static * element.axle_load
 
     def move(self, displacement: float) -> float:
         """Force over friction after a displacement."""

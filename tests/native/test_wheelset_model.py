@@ -89,7 +89,7 @@ def braked_run(model: cl.Model, step: float, steps: int, **given: float) -> Floa
 def test_braked_wheel_moves_by_the_equations_written_again(locomotive: cl.Model) -> None:
     """It locks in the first half of the second; its pads then stick."""
     body = with_memory(locomotive).wheelset
-    contact, load, radius = body.element.rolling_native, body.element.normal_load, body.radius
+    contact, load, radius = body.element.rolling_native, body.element.axle_load, body.radius
     resisting = body.resistance
 
     def rates(_: float, y: FloatArray) -> list[float]:

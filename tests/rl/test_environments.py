@@ -15,7 +15,7 @@ from plain_scenario import wet_patch
 
 import contactlib as cl
 from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
-from contactlib.vehicle import WheelLoad
+from contactlib.vehicle import DynamicLoad
 
 gymnasium = pytest.importorskip("gymnasium")
 rl = pytest.importorskip("contactlib.rl")
@@ -95,11 +95,11 @@ def test_wheelsets_of_the_vector_form_are_single_ones_to_the_last_bit(patch: cl.
             assert info == {name: value[i] for name, value in infos.items()}
 
 
-@pytest.mark.parametrize("load", [None, WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))])
+@pytest.mark.parametrize("load", [None, DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))])
 def test_the_torques_of_a_run_give_the_run_to_the_last_bit(
-    patch: cl.Scenario, load: WheelLoad | None
+    patch: cl.Scenario, load: DynamicLoad | None
 ) -> None:
-    patch = replace(patch, wheel_load=load)
+    patch = replace(patch, dynamic_load=load)
     expected = cl.run_scenario(patch, "threshold", index=3)
     env = rl.TractionEnv(patch, **FINE)
     _, info = env.reset(seed=3)

@@ -97,7 +97,7 @@ def test_margin_clearing_and_stability_agree_for_either_sign(
 
 @pytest.mark.filterwarnings("ignore::contactlib.InputWarning")  # 1 N
 def test_wheels_that_spin_against_their_bearings_are_not_held(tmp_path: Path) -> None:
-    axis = 'parameter = "vehicle.contact.normal_load"\nvalues = [1.0, "230 kN"]'
+    axis = 'parameter = "vehicle.contact.wheel_load"\nvalues = [1.0, "230 kN"]'
     scenario = SCENARIO + DAMPING.format(5.0)
     results = analysis_of(tmp_path, axis, scenario)
     assert results["stable"].tolist() == [0.0, 1.0]

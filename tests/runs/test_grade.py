@@ -98,7 +98,7 @@ def test_each_axle_of_a_vehicle_meets_the_grade_of_its_place() -> None:
 def test_the_loads_of_a_vehicle_are_those_on_its_own_grade() -> None:
     there = run_vehicle(vehicle_on(Track(grade=cl.Profile.of(0.02))), "open_loop")
     other = run_vehicle(vehicle_on(Track(), 0.02), "open_loop")
-    for name in ("normal_load", "speed", "creep_force"):
+    for name in ("axle_load", "speed", "creep_force"):
         assert_allclose(there[name], other[name], rtol=1e-10)
     first = axles_of(vehicle_on(Track(grade=HILL)))[0]
     assert first.track.grade == HILL

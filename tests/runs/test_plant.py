@@ -17,7 +17,7 @@ from plain_scenario import plain_scenario, wet_patch
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
 from contactlib.traction import OpenLoop, stacked
-from contactlib.vehicle import CreepCurve, Drivetrain, Motor, WheelLoad
+from contactlib.vehicle import CreepCurve, Drivetrain, DynamicLoad, Motor
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
@@ -42,7 +42,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
     where, when = rng.uniform(0.0, 90.0, speed.shape), 0.0
     scale = np.stack([t.friction_scale(x, when) for t, x in zip(tracks, where.T, strict=True)], 1)
     slopes = np.stack([track.slope(x) for track, x in zip(tracks, where.T, strict=True)], 1)
-    nominal = np.array([body.element.normal_load for body in bodies])
+    nominal = np.array([body.element.axle_load for body in bodies])
     load = nominal * np.where(rng.uniform(size=speed.shape) < 0.3, 0.7, 1.0)
     load[3] = 0.0
     forces = available(speed, scale[..., 0], scale[..., 1], slopes, load)
@@ -51,7 +51,7 @@ def test_interpolated_forces_are_those_that_are_searched(locomotive: cl.Model, f
             cl.vehicle.available_force(
                 body.with_slope(slope).element,
                 speed=speed[k, i],
-                normal_load=load[k, i],
+                axle_load=load[k, i],
                 friction_scale=scale[k, i, 0],
                 other_friction_scale=scale[k, i, 1],
             )
@@ -249,7 +249,7 @@ MEMORIES = {
     "drives and brakes": lambda: cl.load_scenario("wheel_slide_protection.toml"),
     "elastic axle": lambda: cl.load_scenario("torsion.toml"),
     "sensors": lambda: wet_patch(ENCODER),
-    "load": lambda: wet_patch(wheel_load=WheelLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))),
+    "load": lambda: wet_patch(dynamic_load=DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))),
     "cleaned rail": lambda: wet_patch(
         track=replace(wet_patch().track, cleaning=1e-3, recovered=1.0)
     ),

@@ -18,7 +18,7 @@ from contactlib.runs import scenario_runs as ensemble_run
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
 from contactlib.traction import Measurement, OpenLoop, Sensors, ThresholdControl, stacked, structure
-from contactlib.vehicle import Axle, Drivetrain, Motor, WheelLoad
+from contactlib.vehicle import Axle, Drivetrain, DynamicLoad, Motor
 
 WORK = ["slip_work"]
 SHORT = 1.6  # of most of these runs [s]
@@ -73,7 +73,7 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
             if i % 3
             else cl.Profile.of(1.0),
         ),
-        wheel_load=WheelLoad(frequency=(1.0, 9.0), density=(0.01, 0.0), seed=float(i))
+        dynamic_load=DynamicLoad(frequency=(1.0, 9.0), density=(0.01, 0.0), seed=float(i))
         if i % 5 in (1, 2)
         else None,
         demand=demand,

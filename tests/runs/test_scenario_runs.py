@@ -18,7 +18,7 @@ from contactlib.base.quantities import FloatArray
 from contactlib.runs import run_vehicle
 from contactlib.runs.signals import WORKS
 from contactlib.traction import Measurement, OpenLoop, Sensors, SlopeSeeking
-from contactlib.vehicle import Drivetrain, Motor, Resistance, WheelLoad
+from contactlib.vehicle import Drivetrain, DynamicLoad, Motor, Resistance
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ WET = cl.Track(
     friction_left=cl.Profile((5.0, 5.0, 12.0, 14.0), (1.0, 0.6, 0.6, 1.0)),
     slope=cl.Profile((5.0, 6.0, 12.0, 12.0), (1.0, 0.29, 0.29, 1.0)),
 )
-ROUGH = WheelLoad(frequency=(0.5, 2.0, 12.0), density=(0.02, 0.01, 0.0), seed=4)
+ROUGH = DynamicLoad(frequency=(0.5, 2.0, 12.0), density=(0.02, 0.01, 0.0), seed=4)
 
 
 def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> None:
@@ -105,8 +105,8 @@ def test_a_slope_everywhere_is_that_of_the_vehicle(wet_drive: cl.Scenario) -> No
 
 
 def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
-    unit_load = WheelLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
-    ones = dataclasses.replace(wet_drive, wheel_load=unit_load)
+    unit_load = DynamicLoad(time=(0.0, 1.0), factor=(1.0, 1.0))
+    ones = dataclasses.replace(wet_drive, dynamic_load=unit_load)
     static, run = (cl.run_scenario(case, "creep_pi") for case in (wet_drive, ones))
     for name in set(run.signals) - {"available_force"}:
         np.testing.assert_array_equal(run[name], static[name], err_msg=name)
@@ -117,22 +117,22 @@ def test_a_load_of_one_changes_no_bit(wet_drive: cl.Scenario) -> None:
 @pytest.mark.parametrize("falls", [False, True])
 @pytest.mark.parametrize("load", [None, ROUGH])
 def test_energy_and_available_force_on_a_wet_rail_under_any_load(
-    wet_drive: cl.Scenario, load: WheelLoad | None, falls: bool
+    wet_drive: cl.Scenario, load: DynamicLoad | None, falls: bool
 ) -> None:
     body = wet_drive.drivetrain.wheelset
     if falls:
         body = with_falling(body)
-    case = dataclasses.replace(wet_drive, drivetrain=Drivetrain(body), track=WET, wheel_load=load)
+    case = dataclasses.replace(wet_drive, drivetrain=Drivetrain(body), track=WET, dynamic_load=load)
     run = cl.run_scenario(case, "creep_pi")
     assert run["slope_scale"].min() == 0.29
     assert np.abs(run["energy_defect"]).max() < 1e-6 * run["drive_work"][-1]
     factor = 1.0 if load is None else load(run.time)
-    np.testing.assert_allclose(run["normal_load"], body.element.normal_load * factor, rtol=1e-14)
+    np.testing.assert_allclose(run["axle_load"], body.element.axle_load * factor, rtol=1e-14)
     for i in range(0, run.time.size, 7):
         expected = cl.vehicle.available_force(
             body.with_slope(float(run["slope_scale"][i])).element,
             speed=run["speed"][i],
-            normal_load=run["normal_load"][i],
+            axle_load=run["axle_load"][i],
             friction_scale=run["friction_scale_left"][i],
         )
         assert run["available_force"][i] == pytest.approx(float(expected), rel=1e-8)
@@ -140,10 +140,10 @@ def test_energy_and_available_force_on_a_wet_rail_under_any_load(
 
 
 def test_a_wheel_without_load_has_no_force(wet_drive: cl.Scenario) -> None:
-    lifted = WheelLoad(time=(0.5, 0.5, 0.7, 0.7), factor=(1.0, 0.0, 0.0, 1.0))
-    run = cl.run_scenario(dataclasses.replace(wet_drive, wheel_load=lifted), "creep_pi")
+    lifted = DynamicLoad(time=(0.5, 0.5, 0.7, 0.7), factor=(1.0, 0.0, 0.0, 1.0))
+    run = cl.run_scenario(dataclasses.replace(wet_drive, dynamic_load=lifted), "creep_pi")
     up = (run.time >= 0.5 - 1e-9) & (run.time < 0.7 - 1e-9)
-    for name in ("creep_force", "available_force", "normal_load"):
+    for name in ("creep_force", "available_force", "axle_load"):
         assert (run[name][up] == 0.0).all()
         assert (run[name][~up] > 0.0).all()
 
@@ -151,7 +151,7 @@ def test_a_wheel_without_load_has_no_force(wet_drive: cl.Scenario) -> None:
 def test_a_line_that_is_short_under_the_load_is_reported(wet_drive: cl.Scenario) -> None:
     body = wet_drive.drivetrain.wheelset
     contact = cl.LineContact.from_semi_width(
-        semi_width=7e-3, radius=0.46, contact_modulus=115e9, normal_load=80e3
+        semi_width=7e-3, radius=0.46, contact_modulus=115e9, wheel_load=80e3
     )
     long = dataclasses.replace(contact, length=4.2 * contact.semi_width)
     friction = cl.Friction(static=0.3, kinetic=0.3, weakening_length=0.0)
@@ -160,9 +160,9 @@ def test_a_line_that_is_short_under_the_load_is_reported(wet_drive: cl.Scenario)
         memory=True,
     )  # fmt: skip
     train = Drivetrain(dataclasses.replace(body, element=element))
-    loads = [WheelLoad(time=(0.0, 0.1), factor=(1.0, factor)) for factor in (1.1, 1.2)]
+    loads = [DynamicLoad(time=(0.0, 0.1), factor=(1.0, factor)) for factor in (1.1, 1.2)]
     heavy = [
-        dataclasses.replace(wet_drive, drivetrain=train, wheel_load=load, duration=0.2)
+        dataclasses.replace(wet_drive, drivetrain=train, dynamic_load=load, duration=0.2)
         for load in loads
     ]
     reported = r"the line contact is 3\.83 semi-widths long: its memory is that of 4"
@@ -175,7 +175,7 @@ def test_a_line_that_is_short_under_the_load_is_reported(wet_drive: cl.Scenario)
 
 def test_a_load_held_over_rows_converges(wet_drive: cl.Scenario) -> None:
     """Of first order, as it is held from its value at the start of a row."""
-    case = dataclasses.replace(wet_drive, wheel_load=ROUGH, demand=cl.Profile.of(1.5e4))
+    case = dataclasses.replace(wet_drive, dynamic_load=ROUGH, demand=cl.Profile.of(1.5e4))
     work = [
         cl.run_scenario(case, "open_loop", step=step)["creep_work"][-1]
         for step in (8e-3, 4e-3, 2e-3, 1e-3, 1e-4)
@@ -303,7 +303,7 @@ def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
         before = np.lib.stride_tricks.sliding_window_view(np.pad(demand, (15, 0)), 16).max(axis=1)
         assert (np.abs(run["commanded_torque"]) <= before + slack).all()
         rails = np.maximum(run["friction_scale_left"], run["friction_scale_right"])
-        largest = case.drivetrain.wheelset.element.friction.static * rails * run["normal_load"]
+        largest = case.drivetrain.wheelset.element.friction.static * rails * run["axle_load"]
         assert (np.abs(run["creep_force"]) <= largest * (1.0 + 1e-12)).all()
         if case.initial_speed > 0.0:
             first, second = run["creep_force"][:2]

@@ -39,7 +39,7 @@ def test_signals_are_those_of_the_force_element_at_the_state(name: str) -> None:
             found = softer.evaluate(
                 omega=run[f"omega_{side}"][rows],
                 speed=run["speed"][rows],
-                normal_load=run["normal_load"][rows],
+                axle_load=run["axle_load"][rows],
                 friction_scale=run[f"friction_scale_{side}"][rows],
             )
             for signal, values in sides[side].items():
@@ -119,7 +119,7 @@ def test_every_door_gives_the_same_signals() -> None:
     of_axles = run_vehicle(vehicle, "open_loop", signals=["k_hat"])
     assert of_axles["k_hat"].shape == (of_axles.time.size, 4)
     # The rear axles carry more in traction, and k_hat of an ellipse falls with the load.
-    loads, k_hats = of_axles["normal_load"][-1], of_axles["k_hat"][-1]
+    loads, k_hats = of_axles["axle_load"][-1], of_axles["k_hat"][-1]
     assert (np.argsort(loads) == np.argsort(-k_hats)).all() or np.ptp(k_hats) == 0.0
 
 

@@ -110,10 +110,10 @@ def test_agrees_with_radau_where_all_inputs_change(
 ) -> None:
     # The equations of motion and the PI law written again, another integrator.
     body = replace(locomotive.wheelset, mass=None) if held else locomotive.wheelset
-    end, load = 4.0, locomotive.wheelset.element.normal_load
+    end, load = 4.0, locomotive.wheelset.element.axle_load
     reference = cl.Profile((0.0, end), (0.006, 0.03) if creep else (1.5e4, 3.2e4))
     inputs: dict[str, Any] = {
-        "normal_load": cl.Profile((0.0, end), (load, 0.8 * load)),
+        "axle_load": cl.Profile((0.0, end), (load, 0.8 * load)),
         "friction_scale": cl.Profile((0.0, end), (1.0, 0.7)),
         "resistance_force": cl.Profile((0.0, end), (0.0, 5e3)),
     }
@@ -236,7 +236,7 @@ def test_braking_to_standstill(locomotive: cl.Model) -> None:
     [
         ({"duration": -1.0}, "duration = -1.0"),
         ({"initial_speed": np.nan}, "initial_speed = nan"),
-        ({"normal_load": -5.0}, "normal_load = -5.0"),
+        ({"axle_load": -5.0}, "axle_load = -5.0"),
         ({"friction_scale": np.nan}, "friction_scale = nan"),
         ({"tolerance": 1.0}, "tolerance = 1.0"),
         ({"stop_at": ["crash"]}, "crash"),
@@ -255,7 +255,7 @@ def test_memory_is_that_of_another_integrator(locomotive: cl.Model) -> None:
     load = cl.Profile((0.0, 0.04, 0.1), (1.0e5, 1.4e5, 0.8e5))
     torque = cl.Profile((0.0, 0.06, 0.1), (5e3, 1.5e4, 4e3))
     given: dict[str, Any] = {"initial_speed": 2.0, "initial_creepage": start}
-    run = cl.simulate(body, cl.TorqueControl(torque), normal_load=load, tolerance=1e-10, **given)
+    run = cl.simulate(body, cl.TorqueControl(torque), axle_load=load, tolerance=1e-10, **given)
     check_energy(run, within=1e-6)
 
     def rates(t: float, x: np.ndarray) -> list[float]:
@@ -279,29 +279,29 @@ def test_memory_is_that_of_another_integrator(locomotive: cl.Model) -> None:
 def test_a_line_that_is_short_under_the_load_is_reported(rig: cl.Model) -> None:
     body = with_memory(rig).wheelset
     contact: Any = body.element.contact
-    load = body.element.normal_load * (contact.length / (4.0 * contact.semi_width)) ** 2
+    load = body.element.axle_load * (contact.length / (4.0 * contact.semi_width)) ** 2
     control = cl.TorqueControl(cl.Profile((0.0, 0.01), (0.0, 0.0)))
     native, rolling = body.element.rolling_native, (10.0 / body.radius, 10.0)
     for factor, short in ((1.0, 0.0), (1.02, 1.0)):
         assert native.evaluate_one(*rolling, factor * load, 1.0).length_limited == short
-    cl.simulate(body, control, initial_speed=10.0, normal_load=load)
+    cl.simulate(body, control, initial_speed=10.0, axle_load=load)
     with pytest.warns(cl.InputWarning, match=r"3\.96 semi-widths long"):
-        cl.simulate(body, control, initial_speed=10.0, normal_load=1.02 * load)
-    cl.simulate(rig.wheelset, control, initial_speed=10.0, normal_load=1.02 * load)
+        cl.simulate(body, control, initial_speed=10.0, axle_load=1.02 * load)
+    cl.simulate(rig.wheelset, control, initial_speed=10.0, axle_load=1.02 * load)
 
 
 @pytest.mark.parametrize("times", [(0.3, 0.3), (0.3, 0.5)])
 def test_lift_off_takes_few_steps(locomotive: cl.Model, times: tuple[float, float]) -> None:
     """A sliding contact is close to corners of its rates while its load changes."""
     body = with_memory(locomotive).wheelset
-    load = body.element.normal_load
+    load = body.element.axle_load
     torque = 0.1 * load * body.radius
     places = (0.0, *dict.fromkeys(times), 0.8, 1.0)
     down = cl.Profile(places, tuple(load if t in (0.0, 0.8, 1.0) else 0.0 for t in places))
     control = cl.TorqueControl(cl.Profile((0.0, 1.0), (torque, torque)))
     coarse, fine = (
         cl.simulate(
-            body, control, initial_speed=10.0, normal_load=down, tolerance=tolerance,
+            body, control, initial_speed=10.0, axle_load=down, tolerance=tolerance,
             output_interval=1.0,
         )
         for tolerance in (1e-6, 1e-9)

@@ -33,7 +33,7 @@ def test_equal_axles_without_load_transfer_are_wheelsets() -> None:
     low: dict[str, Any] = dict.fromkeys(
         ("body_height", "bogie_height", "pivot_height", "coupler_height"), 0.0
     )
-    body = 4.0 * wheelset.element.normal_load / STANDARD_GRAVITY - 26e3
+    body = 4.0 * wheelset.element.axle_load / STANDARD_GRAVITY - 26e3
     vehicle = replace(scenario.vehicle, **low, wheelset_mass=0.0, body_mass=body)
     drivetrain = replace(
         scenario.drivetrain, wheelset=replace(wheelset, mass=vehicle.mass / vehicle.axles)
@@ -53,7 +53,7 @@ def test_the_axles_share_their_speed_as_in_another_solver() -> None:
     wheelset = shipped().drivetrain.wheelset
     element, n = wheelset.element, 4
     friction, torque = np.array([0.5, 1.0, 0.6, 1.0]), np.array([1.5e4, 2.4e4, 2e4, 1e4])
-    load = np.array([0.9, 1.1, 0.95, 1.05]) * element.normal_load
+    load = np.array([0.9, 1.1, 0.95, 1.05]) * element.axle_load
     inputs = np.zeros((1, n), kernel.drivetrain_dtype("input"))
     states = np.zeros(n, kernel.drivetrain_dtype("state"))
     inputs["slope"] = inputs["recovered"] = 1.0
@@ -95,8 +95,8 @@ def test_loads_are_those_of_statics_and_energy_closes() -> None:
         acceleration=result.axles[0]["acceleration"][steady],
         radius=wheelset.radius,
     )
-    assert_allclose(result["normal_load"][steady], statics, rtol=1e-3)
-    assert_allclose(result["normal_load"].sum(axis=1), rest.sum(), rtol=1e-12)
+    assert_allclose(result["axle_load"][steady], statics, rtol=1e-3)
+    assert_allclose(result["axle_load"].sum(axis=1), rest.sum(), rtol=1e-12)
     work = result.total("drive_work")[-1]
     assert np.abs(result.total("energy_defect")).max() < 1e-9 * work
     assert_array_equal(result["distance"][0], -np.array(vehicle.position))
@@ -131,7 +131,7 @@ def test_loads_follow_statics_with_their_lag(lag: float) -> None:
         if lag > 0.0:
             start, end = [static(0.0)], (0.0, run.time[-1])
             known = solve_ivp(rate, end, start, t_eval=time, rtol=1e-8, max_step=0.01).y[0]
-        load = np.interp(time, run.time + 0.00125, run["normal_load"][:, axle])
+        load = np.interp(time, run.time + 0.00125, run["axle_load"][:, axle])
         assert_allclose(load, known, rtol=0.0, atol=2e-3 * np.ptp(statics[:, axle]))
 
 

@@ -131,7 +131,7 @@ def test_worst_pole(rig: cl.Model, slope_reduction: float, pole: float) -> None:
     law = cl.CarterGriffith(k_hat=element.k_hat)
     steepest = minimize_scalar(lambda x: float(law.slope(x)), bounds=(1.2, 2.0))
     zeta0 = element.saturation_creepage
-    fall = steepest.fun * 0.21 * element.normal_load / zeta0
+    fall = steepest.fun * 0.21 * element.axle_load / zeta0
     expected = stability.approximate_pole(
         radius=0.5, inertia=250.0, creep_force_slope=fall, speed=V
     )
@@ -248,7 +248,7 @@ def test_a_slip_away_that_still_sticks_grows_with_its_unslipped_part(
     """Where friction falls with slip speed too, part of the contact sticks as the force falls."""
     body = with_falling(with_memory(rig).wheelset, 0.4, 30.0 / speed)
     creepage = 1.05 * cl.find_fold(body.without_memory(), speed=speed).creepage
-    given = {"speed": speed, "normal_load": body.element.normal_load}
+    given = {"speed": speed, "axle_load": body.element.axle_load}
     frozen = np.linalg.eigvals(body.jacobians(creepage, **given)[:2, :2]).real.max()
     pole = float(stability.fast_pole(body, creepage, speed=speed))
     assert growth(body, creepage, speed) == pytest.approx(pole, rel=1e-3)
@@ -258,7 +258,7 @@ def test_a_slip_away_that_still_sticks_grows_with_its_unslipped_part(
 @pytest.mark.parametrize("part", [0.5, 1.05])  # of the peak's creepage
 def test_the_jacobian_of_memory_is_that_towards_larger_creepage(rig: cl.Model, part: float) -> None:
     body, speed = with_falling(with_memory(rig).wheelset, 0.4, 30.0), 1.0
-    native, load = body.element.rolling_native, body.element.normal_load
+    native, load = body.element.rolling_native, body.element.axle_load
     creepage = part * cl.find_fold(body.without_memory(), speed=speed).creepage
     omega = (1.0 + creepage) * speed / body.radius
     steady = native.evaluate_one(omega, speed, load, 1.0)
@@ -278,7 +278,7 @@ def test_the_jacobian_of_memory_is_that_towards_larger_creepage(rig: cl.Model, p
     columns = [
         (rates(at + h) - rates(at - h)) / (2e-8 * s) for h, s in zip(steps, size, strict=True)
     ]
-    jacobian = body.jacobians(creepage, speed=speed, normal_load=load)
+    jacobian = body.jacobians(creepage, speed=speed, axle_load=load)
     scale = np.abs(jacobian) @ size
     np.testing.assert_allclose(
         np.array(columns).T * size / scale[:, np.newaxis],
@@ -355,7 +355,7 @@ def test_reduced_frequency_is_the_rate_over_that_of_rolling_a_semi_width(
     body, a = locomotive.wheelset, locomotive.wheelset.element.contact.semi_width
     frequencies = stability.reduced_frequency(body, [30.0, -60.0], speed=15.0)
     assert frequencies == pytest.approx([2.0 * a, 4.0 * a])
-    heavy = 8.0 * body.element.normal_load  # whose ellipse is twice as long
-    assert stability.reduced_frequency(body, 60.0, speed=15.0, normal_load=heavy) == (
+    heavy = 8.0 * body.element.axle_load  # whose ellipse is twice as long
+    assert stability.reduced_frequency(body, 60.0, speed=15.0, axle_load=heavy) == (
         pytest.approx(8.0 * a)
     )

@@ -53,7 +53,7 @@ def test_steady_states_are_the_equilibria_of_a_held_speed(rig: cl.Model, part: f
     states = cl.steady_states(rig.wheelset, drive_torque=torque, speed=V)
     points = rig.wheelset.equilibria(drive_torque=torque, speed=V)
     for p in points:
-        rates, _ = rig.wheelset.rates(p.omega, V, torque, p.normal_load, 1.0, 0.0)
+        rates, _ = rig.wheelset.rates(p.omega, V, torque, p.axle_load, 1.0, 0.0)
         assert abs(rates.omega_rate) < 1e-6
     # Near the fold what rounds the torque moves the creepage by more.
     near = max(1e-9, 1e-14 / math.sqrt(abs(1.0 - part)))

@@ -67,7 +67,7 @@ def test_slip_away_time_of_a_free_wheelset(
 def test_slip_away_formula(rig: cl.Model, end: float, overload: float, within: float) -> None:
     body = replace(rig.wheelset, damping=0.0)
     law, zeta0 = cl.CarterGriffith(k_hat=0.3), body.element.saturation_creepage
-    peak, sliding = law.peak, 0.21 * body.element.normal_load
+    peak, sliding = law.peak, 0.21 * body.element.axle_load
     h = 1e-4
     ends = law.slope(peak.normalized_creepage + np.array([-h, h]))
     time = stability.slip_away_formula(

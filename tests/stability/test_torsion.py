@@ -69,7 +69,7 @@ def amplitudes(
     given = np.zeros(len(kicks), kernel.drivetrain_dtype("input"))
     state = np.zeros(len(kicks), kernel.drivetrain_dtype("state"))
     for side in ("left", "right"):
-        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.normal_load, 1.0
+        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.axle_load, 1.0
         state[f"omega_{side}"] = point.omega
     given["slope"], state["speed"] = 1.0, point.speed
     twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
@@ -97,7 +97,7 @@ def last_cycle_about_a_held_mean(
     def rates(_: float, state: np.ndarray) -> list[float]:
         half = 0.5 * state[0]  # of (omega_left - omega_right)
         ahead, behind = (
-            element.evaluate_one(point.omega + w, speed, point.normal_load, 1.0).creep_force
+            element.evaluate_one(point.omega + w, speed, point.axle_load, 1.0).creep_force
             for w in (half, -half)
         )
         drag = 0.5 * body.damping * half + 2.0 * axle.damping * half + axle.stiffness * state[1]
@@ -145,7 +145,7 @@ def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
 
     def rates(state: np.ndarray) -> np.ndarray:
         left, right, twist, speed = state
-        given = (point.drive_torque, point.normal_load, 1.0, point.resistance_force)
+        given = (point.drive_torque, point.axle_load, 1.0, point.resistance_force)
         of_left, of_right = (body.rates(w, speed, *given)[0] for w in (left, right))
         shaft = (axle.stiffness * twist + axle.damping * (left - right)) / (0.5 * body.inertia)
         return np.array(

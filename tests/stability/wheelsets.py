@@ -23,7 +23,7 @@ def made_wheelset(
 ) -> cl.Wheelset:
     """A wheelset with a line contact whose friction does not fall with slip speed."""
     contact = cl.LineContact.from_semi_width(
-        semi_width=5e-3, radius=radius, contact_modulus=115.4e9, normal_load=load
+        semi_width=5e-3, radius=radius, contact_modulus=115.4e9, wheel_load=load
     )
     static = 4.0 * kinetic  # far above, so that the process zone stays short
     friction = cl.friction_with_k_hat(contact, k_hat=k_hat, static=static, kinetic=kinetic)

@@ -286,7 +286,7 @@ def test_cohesive_table_has_the_law_s_corner_and_no_other(
 @pytest.fixture
 def parts() -> tuple[cl.LineContact, cl.Friction]:
     contact = cl.LineContact.from_semi_width(
-        semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, normal_load=220e3
+        semi_width=5e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=220e3
     )
     return contact, cl.friction_with_k_hat(contact, k_hat=0.3, static=0.45, kinetic=0.21)
 
@@ -305,9 +305,9 @@ def test_element_with_cohesive_table(
     )
     assert not record["force_limited"].any()  # this law has f_s
     # All partial derivatives, to the load too, of a table with a corner.
-    given = {"omega": 20.4, "speed": 10.0, "normal_load": 180e3}
+    given = {"omega": 20.4, "speed": 10.0, "axle_load": 180e3}
     base = element.evaluate(**given)
-    for name, field in (("omega", "omega"), ("speed", "speed"), ("normal_load", "load")):
+    for name, field in (("omega", "omega"), ("speed", "speed"), ("axle_load", "load")):
         h = 1e-6 * given[name]
         there, back = (element.force(**{**given, name: given[name] + s * h}) for s in (1.0, -1.0))
         assert base[f"force_by_{field}"] == pytest.approx((there - back) / (2.0 * h), rel=1e-6)

@@ -19,11 +19,11 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
     rig: cl.Model, load: float, scale: float
 ) -> None:
     element = rig.wheelset.element
-    weight = load * element.normal_load
+    weight = load * element.axle_load
     law = cl.CarterGriffith(k_hat=element.k_hat / np.sqrt(load * scale))
     expected = scale * element.friction.kinetic * weight * law.peak.traction_ratio
     force = cl.vehicle.available_force(
-        element, speed=[-3.0, 0.0, 0.01, 20.0], normal_load=weight, friction_scale=scale
+        element, speed=[-3.0, 0.0, 0.01, 20.0], axle_load=weight, friction_scale=scale
     )
     np.testing.assert_allclose(force, expected, rtol=1e-9)
 
@@ -31,7 +31,7 @@ def test_it_is_the_laws_peak_where_friction_does_not_fall(
 def test_a_law_that_rises_forever_has_its_limit(locomotive: cl.Model) -> None:
     law = cl.Polach(adhesion_reduction=0.5, slip_reduction=0.5)
     element = replace(locomotive.wheelset.element, table=cl.CreepForceTable.from_law(law))
-    limit = element.friction.kinetic * element.normal_load
+    limit = element.friction.kinetic * element.axle_load
     assert cl.vehicle.available_force(element, speed=10.0) == pytest.approx(limit, rel=1e-7)
 
 
@@ -40,7 +40,7 @@ source = "drawn"
 [contact]
 radius_x = 0.5
 radius_y = 0.3
-normal_load = 110e3
+wheel_load = 110e3
 youngs_modulus = 210e9
 poisson_ratio = 0.3
 [law]
@@ -77,9 +77,9 @@ def test_dips_and_plateaus_of_a_measured_curve_hide_no_higher_part(
 
 def test_no_load_is_no_force_and_less_is_an_error(locomotive: cl.Model) -> None:
     element = locomotive.wheelset.element
-    assert cl.vehicle.available_force(element, speed=10.0, normal_load=0.0) == 0.0
-    with pytest.raises(ValueError, match=r"normal_load = -1\.0 .*>= 0"):
-        cl.vehicle.available_force(element, speed=10.0, normal_load=-1.0)
+    assert cl.vehicle.available_force(element, speed=10.0, axle_load=0.0) == 0.0
+    with pytest.raises(ValueError, match=r"axle_load = -1\.0 .*>= 0"):
+        cl.vehicle.available_force(element, speed=10.0, axle_load=-1.0)
 
 
 @pytest.mark.parametrize("other", [0.3, 0.545, 0.9])
@@ -113,7 +113,7 @@ def test_neighbouring_peaks_have_the_bits_of_single_ones(model: str, rig: cl.Mod
     n, rng = 400, np.random.default_rng(2)
     load, scale, slope, speed = np.exp(np.clip(rng.normal(0.0, 0.05, (4, n)).cumsum(1), -2, 1))
     inputs = np.zeros(n, kernel.drivetrain_dtype("input"))
-    inputs["load_left"] = inputs["load_right"] = 0.5 * wheelset.element.normal_load * load
+    inputs["load_left"] = inputs["load_right"] = 0.5 * wheelset.element.axle_load * load
     inputs["friction_left"], inputs["slope"] = scale, slope
     inputs["friction_right"] = scale * np.where(np.arange(n) % 100 < 20, 0.7, 1.0)
     inputs["load_left"][250:] *= 0.2

@@ -79,7 +79,7 @@ def test_the_search_finds_every_state_of_a_dense_grid(locomotive: cl.Model) -> N
         states = curve.steady(torque)
         assert all(a != b for a, b in pairwise(states.stable.tolist()))
         element, slopes = curve.wheelset.element, np.abs(curve.slope(states.creepage))
-        largest = curve.wheelset.radius * element.friction.static * element.normal_load
+        largest = curve.wheelset.radius * element.friction.static * element.axle_load
         left = np.abs(curve.torque(states.creepage) - torque)
         assert (left <= 1e-11 * largest + 1e-14 * slopes * np.abs(states.creepage)).all()
         inside = states.creepage[(states.creepage > zeta[0]) & (states.creepage < zeta[-1])]
@@ -107,7 +107,7 @@ def test_torque_slope_and_acceleration_are_those_of_the_equations_of_motion(
     states = np.stack([zeta, curve.torque(zeta), curve.acceleration(zeta)], axis=1)
     for creepage, torque, acceleration in states.tolist():
         omega = (1.0 + creepage) * 8.0 / body.radius
-        rates, _ = body.rates(omega, 8.0, torque, body.element.normal_load, 0.7, 500.0)
+        rates, _ = body.rates(omega, 8.0, torque, body.element.axle_load, 0.7, 500.0)
         assert acceleration == pytest.approx(rates.speed_rate, rel=1e-12)
         # zeta = r omega/V - 1 does not change
         change = body.radius * (rates.omega_rate / 8.0 - omega * rates.speed_rate / 8.0**2)
@@ -127,9 +127,9 @@ def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
     )
     i = int(np.argmax(torque))
     assert zeta[i] > 5.0 * element.saturation_creepage
-    load = [element.normal_load] * 2
+    load = [element.axle_load] * 2
     native = kernel.NativeCurve(
-        body.element.native, body.native, speed=2.0, normal_load=load, friction_scale=scales
+        body.element.native, body.native, speed=2.0, axle_load=load, friction_scale=scales
     )
     for part in (0.5, 0.9, 0.999):
         creepage = native.grip(sign * part * torque[i])[0]

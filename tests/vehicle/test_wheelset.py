@@ -16,7 +16,7 @@ def test_rates_are_the_equations_of_motion(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     omega, speed, torque, outer = 21.0, 10.0, 2.5e4, 300.0
     rates, contact = body.rates(omega, speed, torque, 2e5, 0.8, outer)
-    force = float(body.element.force(omega=omega, speed=speed, normal_load=2e5, friction_scale=0.8))
+    force = float(body.element.force(omega=omega, speed=speed, axle_load=2e5, friction_scale=0.8))
     assert contact.creep_force == force
     davis = 1811.0 + 66.6 * speed + 3.1 * speed**2
     assert rates.omega_rate == pytest.approx((torque - 0.5 * force - 5.0 * omega) / 250.0)

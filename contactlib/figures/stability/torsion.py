@@ -87,7 +87,7 @@ def simulated_amplitudes(
         for name in ("creepage", "drive_torque", "speed")
     )
     inputs["resistance_force"] = [point.resistance_force for point in points]
-    inputs["load_left"] = inputs["load_right"] = [0.5 * point.normal_load for point in points]
+    inputs["load_left"] = inputs["load_right"] = [0.5 * point.axle_load for point in points]
     inputs["friction_left"] = inputs["friction_right"] = [p.friction_scale for p in points]
     inputs["slope"] = 1.0
     states["speed"] = speed

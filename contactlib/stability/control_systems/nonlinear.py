@@ -31,7 +31,7 @@ def creep_control_system(
 ) -> NonlinearIOSystem:
     """Closed loop of wheelset and continuous creep controller, both nonlinear.
 
-    Inputs are ``creepage_reference``, ``normal_load``, ``friction_scale`` and
+    Inputs are ``creepage_reference``, ``axle_load``, ``friction_scale`` and
     ``resistance_force``, outputs ``omega``, ``speed``, ``creepage``, ``creep_force`` and
     ``drive_torque``, states those of the wheelset and the controller's integral torque.
 
@@ -64,7 +64,7 @@ def creep_control_system(
     )
     return control.interconnect(
         [wheelset.to_nlsys(speed=speed), rule],
-        inputs=["creepage_reference", "normal_load", "friction_scale", "resistance_force"],
+        inputs=["creepage_reference", "axle_load", "friction_scale", "resistance_force"],
         outputs=["omega", "speed", "creepage", "creep_force", "drive_torque"],
     )
 
@@ -88,7 +88,7 @@ def phase_plane_system(
         raise ValueError("the speed of this wheelset is held: it has one state, and no phase plane")
     at = wheelset.conditions(speed=wheelset.element.minimum_speed, **given)
     torque = checked_torque(drive_torque)
-    inputs = np.array([torque, at.normal_load, at.friction_scale, at.resistance_force])
+    inputs = np.array([torque, at.axle_load, at.friction_scale, at.resistance_force])
     wheelset = steady_rolling(wheelset, "phase_plane_system", at)
     system, radius = wheelset.to_nlsys(), wheelset.radius
 
@@ -138,13 +138,13 @@ def operating_point(
     operating = control.find_operating_point(
         held.to_nlsys(speed=at.speed),
         [omega],
-        [checked_torque(drive_torque), at.normal_load, at.friction_scale, 0.0],
+        [checked_torque(drive_torque), at.axle_load, at.friction_scale, 0.0],
         return_result=True,
         root_kwargs={"tol": 1e-12},
     )
     left = wheelset.inertia * float(np.max(np.abs(operating.result.fun)))  # [N.m]
     friction = wheelset.element.friction.static * at.friction_scale
-    largest = wheelset.radius * friction * at.normal_load
+    largest = wheelset.radius * friction * at.axle_load
     if not operating.result.success or left > BALANCED * largest:
         raise ValueError(
             f"drive_torque = {drive_torque!r}: no operating point near creepage = {creepage!r} "

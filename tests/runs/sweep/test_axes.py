@@ -16,8 +16,8 @@ def test_paths_reach_every_section(tmp_path: Path) -> None:
     def of(parameter: str, values: str) -> list[cl.Scenario]:
         return axis_values(tmp_path, f'parameter = "{parameter}"\nvalues = [{values}]')
 
-    loads = of("vehicle.contact.normal_load", '"180 kN", 220e3')
-    assert [s.drivetrain.wheelset.element.contact.normal_load for s in loads] == [180e3, 220e3]
+    loads = of("vehicle.contact.wheel_load", '"180 kN", 220e3')
+    assert [s.drivetrain.wheelset.element.contact.wheel_load for s in loads] == [180e3, 220e3]
     grades = of("vehicle.resistance.grade", '"1 %", 0.02')
     assert [s.drivetrain.wheelset.resistance.grade for s in grades] == [0.01, 0.02]
     assert [s.drivetrain.motor.lag for s in of("motor.lag", '"5 ms", 0.02')] == [0.005, 0.02]

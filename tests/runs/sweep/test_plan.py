@@ -69,7 +69,7 @@ def structure(part: Any) -> Any:
 
 
 PARAMETERS = (
-    '"vehicle.contact.normal_load"\nvalues = [210e3, 220e3]',
+    '"vehicle.contact.wheel_load"\nvalues = [210e3, 220e3]',
     '"vehicle.friction.kinetic"\nvalues = [0.2, 0.21]',
     '"vehicle.friction.k_hat"\nvalues = [0.2, 0.3]',
     '"vehicle.wheelset.saturation_creepage"\nvalues = [0.01, 0.02]',

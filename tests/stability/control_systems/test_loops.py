@@ -305,9 +305,9 @@ def test_sampled_loop_against_a_sampled_simulation(rig: cl.Model) -> None:
             pending.append(point.drive_torque + gain * (error + total))
             torque = pending.pop(0)
             for _ in range(4):  # Heun's method within a sample
-                before, _ = body.rates(omega, SPEED, torque, point.normal_load, 1.0, 0.0)
+                before, _ = body.rates(omega, SPEED, torque, point.axle_load, 1.0, 0.0)
                 ahead = omega + 0.25 * h * before.omega_rate
-                after, _ = body.rates(ahead, SPEED, torque, point.normal_load, 1.0, 0.0)
+                after, _ = body.rates(ahead, SPEED, torque, point.axle_load, 1.0, 0.0)
                 omega += 0.125 * h * (before.omega_rate + after.omega_rate)
             sizes.append(abs(error))
         return max(sizes[-150:]) / max(sizes[150:300])

@@ -32,18 +32,18 @@ def test_its_linearisation_is_the_kernels(
     states = [point.omega] if body.speed_held else [point.omega, point.speed]
     if memory:
         native = body.element.rolling_native
-        steady = native.evaluate_one(point.omega, SPEED, point.normal_load, 1.0)
+        steady = native.evaluate_one(point.omega, SPEED, point.axle_load, 1.0)
         # On the side of a motion towards larger creepage; as the force falls, no part sticks.
         aside = 1e-5 if creepage < 0.01 else 2e-7
         states += [steady.steady_force * (1.0 + 1e-6), steady.sticking - aside, steady.steady_outer]
-    inputs = [point.drive_torque, point.normal_load, 1.0, point.resistance_force]
+    inputs = [point.drive_torque, point.axle_load, 1.0, point.resistance_force]
     n = exact.nstates
     numerical = control.linearize(system, states, inputs, eps=1e-7)
     assert system.state_labels[:n] == exact.state_labels
     assert system.output_labels == exact.output_labels
     assert system.input_labels == [
         "drive_torque",
-        "normal_load",
+        "axle_load",
         "friction_scale",
         "resistance_force",
     ]
@@ -62,7 +62,7 @@ def test_rounding_does_not_change_the_lag_of_steady_rolling(
 ) -> None:
     body = with_memory(request.getfixturevalue(name)).wheelset
     zeta = np.geomspace(1e-4, 0.5, 2000)
-    matrices = body.jacobians(zeta, speed=SPEED, normal_load=body.element.normal_load)
+    matrices = body.jacobians(zeta, speed=SPEED, axle_load=body.element.axle_load)
     assert np.abs(np.diff(np.log(-matrices[:, -1, -1]))).max() < 0.2  # 3 where it did
 
 
@@ -70,7 +70,7 @@ def test_system_refuses_what_python_control_makes_of_a_forgotten_input(rig: cl.M
     system = rig.wheelset.to_nlsys(speed=SPEED)
     with pytest.raises(ValueError, match=r"friction_scale = 0\.0 is out of range"):
         control.input_output_response(system, [0.0, 1.0], [2e4, 2e5, 0.0, 0.0], [20.0])
-    with pytest.raises(ValueError, match="normal_load = -1"):
+    with pytest.raises(ValueError, match="axle_load = -1"):
         system.dynamics(0.0, [20.0], [2e4, -1.0, 1.0, 0.0])
 
 
@@ -132,7 +132,7 @@ def test_no_operating_point_past_the_fold(rig: cl.Model) -> None:
 def test_operating_point_of_a_free_wheelset_keeps_its_speed(locomotive: cl.Model) -> None:
     body = locomotive.wheelset
     point = control_systems.operating_point(body, drive_torque=2e4, creepage=0.005, speed=SPEED)
-    rates, _ = body.rates(point.omega, SPEED, 2e4, point.normal_load, 1.0, point.resistance_force)
+    rates, _ = body.rates(point.omega, SPEED, 2e4, point.axle_load, 1.0, point.resistance_force)
     assert abs(rates.omega_rate) < 1e-6
     assert abs(rates.speed_rate) < 1e-9
 
@@ -143,7 +143,7 @@ def test_phase_plane_of_creepage_and_speed(locomotive: cl.Model) -> None:
     (there,) = (p for p in body.equilibria(drive_torque=torque) if p.stable)
     plane = control_systems.phase_plane_system(body, drive_torque=torque)
     bare = body.to_nlsys()
-    inputs = [torque, there.normal_load, 1.0, 0.0]
+    inputs = [torque, there.axle_load, 1.0, 0.0]
 
     def reached(system: Any, states: Any, given: Any) -> bool:
         search = control.find_operating_point(system, states, given, return_result=True)

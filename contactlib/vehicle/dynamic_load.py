@@ -26,7 +26,7 @@ MOMENT = Limits(at_least=-1e12, at_most=1e12)
 
 
 @dataclass(frozen=True, kw_only=True)
-class WheelLoad(Parameters):
+class DynamicLoad(Parameters):
     """Factor on the static load of both wheels: a history, or random with a power spectrum.
 
     Give `time` and `factor`, or `frequency` and `density`. A random factor is one plus a sum of 100
@@ -56,7 +56,7 @@ class WheelLoad(Parameters):
 
     Examples
     --------
-    >>> rough = WheelLoad(frequency=(0.5, 2.0, 10.0), density=(0.01, 0.01, 0.0))
+    >>> rough = DynamicLoad(frequency=(0.5, 2.0, 10.0), density=(0.01, 0.01, 0.0))
     >>> rough([0.0, 0.1, 0.2]).round(3).tolist()
     [0.782, 1.215, 1.238]
     """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from contactlib.vehicle import WheelLoad
+from contactlib.vehicle import DynamicLoad
 
 FREQUENCY = (0.5, 1.0, 1.0, 3.0, 3.2, 8.0)  # a jump at 1 Hz, a steep fall from 3 Hz on
 DENSITY = (0.0, 0.02, 0.005, 0.005, 0.0005, 0.0)
@@ -17,7 +17,7 @@ VARIANCE = np.trapezoid(DENSITY, FREQUENCY)
 
 
 def test_a_history_is_its_profile() -> None:
-    load = WheelLoad(time=(0.0, 1.0, 1.0), factor=(1.0, 1.5, 0.5))
+    load = DynamicLoad(time=(0.0, 1.0, 1.0), factor=(1.0, 1.5, 0.5))
     assert load([-1.0, 0.5, 1.0, 2.0]).tolist() == [1.0, 1.25, 0.5, 0.5]
 
 
@@ -26,7 +26,7 @@ def test_the_power_lies_where_the_density_does() -> None:
     time = np.arange(0.0, 400.0, 0.02)
     power = np.zeros(513)
     for seed in range(30):
-        load = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=seed)
+        load = DynamicLoad(frequency=FREQUENCY, density=DENSITY, seed=seed)
         frequency, density = welch(load(time) - 1.0, 50.0, nperseg=1024)
         power += density / 30.0
     edges = [0.3, 0.9, 1.1, 2.0, 3.0, 3.4, 5.0, 10.0]
@@ -39,14 +39,14 @@ def test_the_power_lies_where_the_density_does() -> None:
 
 
 def test_a_load_depends_on_seed_and_time_alone() -> None:
-    load = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
+    load = DynamicLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
     times = np.linspace(0.0, 700.0, 300)
     for size in (1, 2, 7, 300):  # a time alone has the bits that it has among many
         parts = [load(times[i : i + size]) for i in range(0, 300, size)]
         np.testing.assert_array_equal(np.concatenate(parts), load(times))
     assert [float(load(t)) for t in times] == load(times).tolist()
-    again = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
-    other = WheelLoad(frequency=FREQUENCY, density=DENSITY, seed=3)
+    again = DynamicLoad(frequency=FREQUENCY, density=DENSITY, seed=2)
+    other = DynamicLoad(frequency=FREQUENCY, density=DENSITY, seed=3)
     time = np.linspace(0.0, 9.0, 50)
     np.testing.assert_array_equal(load(time), again(time))
     np.testing.assert_allclose(load(time), [float(load(t)) for t in time], rtol=1e-14)
@@ -55,7 +55,7 @@ def test_a_load_depends_on_seed_and_time_alone() -> None:
 
 
 def test_a_load_is_never_negative() -> None:
-    factor = WheelLoad(frequency=(1.0, 2.0), density=(1.0, 1.0))(np.linspace(0.0, 99.0, 9999))
+    factor = DynamicLoad(frequency=(1.0, 2.0), density=(1.0, 1.0))(np.linspace(0.0, 99.0, 9999))
     assert factor.min() == 0.0
     assert factor.max() > 2.0
 
@@ -74,9 +74,9 @@ def test_a_load_is_never_negative() -> None:
         ({"frequency": (1.0, 0.5), "density": (1.0, 1.0)}, r"frequency = .* must be increasing"),
         ({"frequency": (1.0,), "density": (1.0,)}, r"density = .* must have a part above zero"),
         ({"frequency": (1.0, 2.0), "density": (0.0, 0.0)}, r"density = .* a part above zero"),
-        ({"time": [[0.0]], "factor": (1.0,)}, r"WheelLoad\.time = .* one row of numbers"),
+        ({"time": [[0.0]], "factor": (1.0,)}, r"DynamicLoad\.time = .* one row of numbers"),
     ],
 )
 def test_a_load_that_is_none_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        WheelLoad(**given)
+        DynamicLoad(**given)
