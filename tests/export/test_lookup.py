@@ -83,7 +83,7 @@ def test_given_axes_are_kept_and_the_error_between_them_is_reported(rig: cl.Mode
 def test_a_table_is_a_measured_curve(rig: cl.Model, tmp_path: Path) -> None:
     write_lookup_table(cl.lookup_table(rig, error=1e-4), tmp_path / "curve.csv")
     (tmp_path / "back.toml").write_text(
-        '[contact]\nradius = 0.5\nsemi_width = "5 mm"\nnormal_load = "110.325 kN"\n'
+        '[contact]\nradius = 0.5\nsemi_width = "5 mm"\nwheel_load = "110.325 kN"\n'
         'youngs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
         '[law]\nkind = "measured"\nfile = "curve.csv"\n[wheelset]\nradius = 0.5\nwheels = 2\n'
     )

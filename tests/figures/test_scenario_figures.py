@@ -404,7 +404,7 @@ def changed(wheelset: cl.Wheelset) -> dict[str, cl.Wheelset]:
         "softening_temperature": 600.0,
     }
     of_contact: dict[str, Any] = {
-        "axle_load": 9e4,
+        "wheel_load": 9e4,
         "radius_y": 0.4,
         "poisson_ratio": 0.28,
         "theory": "strips",

@@ -235,7 +235,9 @@ def test_steps_fit_the_steepest_place_of_a_curve_that_rises_in_an_s(
     element, m = description.element, description.start_values["effective_inverse_mass"]
     zeta = np.linspace(-0.02, 0.02, 4001)
     given = {"speed": speed, "normal_load": load * element.axle_load}
-    gradient = element.at_creepage(zeta, **given)["force_gradient"]
+    gradient = element.at_creepage(zeta, speed=speed, axle_load=given["normal_load"])[
+        "force_gradient"
+    ]
     largest, place = gradient.max(), abs(zeta[gradient.argmax()])
     assert (place > 0.5 * shift) if shift else (place < 1e-4)
     if load == 1.0:
