@@ -4,7 +4,6 @@ It passes numpy arrays and C structs to the library and contains no contact mech
 the declarations from the C headers, so each declaration exists once.
 """
 
-from contactlib.kernel.bodies import HELD as HELD
 from contactlib.kernel.bodies import LOAD_IN_KERNEL as LOAD_IN_KERNEL
 from contactlib.kernel.bodies import NativeCreepForces as NativeCreepForces
 from contactlib.kernel.bodies import NativeCurve as NativeCurve
