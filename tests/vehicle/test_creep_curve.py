@@ -129,7 +129,7 @@ def test_grip_of_wheels_on_two_frictions_whose_force_peaks_far_out(
     assert zeta[i] > 5.0 * element.saturation_creepage
     load = [element.axle_load] * 2
     native = kernel.NativeCurve(
-        body.element.native, body.native, speed=2.0, axle_load=load, friction_scale=scales
+        body.element.native, body.native, speed=2.0, normal_load=load, friction_scale=scales
     )
     for part in (0.5, 0.9, 0.999):
         creepage = native.grip(sign * part * torque[i])[0]

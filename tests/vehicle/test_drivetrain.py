@@ -104,7 +104,7 @@ def written_again(
             motor = torque
         given = np.zeros(2, kernel.struct_dtype("force_element_input"))
         given["omega"], given["speed"] = (left, right), v
-        given["axle_load"] = [2.0 * held[f"load_{side}"] for side in sides]
+        given["normal_load"] = [2.0 * held[f"load_{side}"] for side in sides]
         given["friction_scale"] = [held[f"friction_{side}"] for side in sides]
         given["held_force"], given["unslipped"] = memory[:2], memory[2:4]
         given["outer_force"] = memory[4:]
