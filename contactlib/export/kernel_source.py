@@ -42,6 +42,8 @@ SOURCES = (
 # only those members that the functions above use.
 PUBLIC = {
     "force_element_parameters": "contactlib_parameters",
+    "rolling_memory": "contactlib_rolling_memory",
+    "lateral_memory": "contactlib_lateral_memory",
     "force_element_input": "contactlib_input",
     "force_element_output": "contactlib_output",
     "slip_memory": "contactlib_memory",
@@ -129,7 +131,8 @@ def joined() -> tuple[str, str]:
         re.sub(rf"\b{name};$", f"{public};\n", struct)
         for struct, (name, public) in zip(structs, PUBLIC.items(), strict=True)
     )
-    return "\n".join(shown), text
+    inside = re.compile(r"\b(rolling|lateral)_memory (?=\w+;)")
+    return inside.sub(r"contactlib_\1_memory ", "\n".join(shown)), text
 
 
 def _source(name: str) -> str:
@@ -166,9 +169,18 @@ def _csharp() -> str:
 
 def _doubles(struct: str) -> Iterator[str]:
     """Names of the numbers of a struct, with those of an array counted from zero."""
-    for field, member in kernel.ffi.typeof(struct).fields:
-        count = kernel.ffi.sizeof(member.type) // kernel.ffi.sizeof("double")
-        yield from [field] if count == 1 else (f"{field}_{i}" for i in range(count))
+    for field, (kind, *_) in (kernel.struct_dtype(struct).fields or {}).items():
+        count = int(np.prod(kind.shape, dtype=int))
+        yield from [field] if not kind.shape else (f"{field}_{i}" for i in range(count))
+
+
+def _members(kind: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """Names of a struct's numbers, and where they are in it, such as `memory.held_force`."""
+    for name, member in kind.fields:
+        if member.type.kind == "struct":
+            yield from _members(member.type, f"{path}{name}.")
+        else:
+            yield name, f"{path}{name}"
 
 
 # ---- the model -----------------------------------------------------------------------------------
@@ -182,9 +194,10 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
     for v in kernel.model_variables("force_element"):
         if v.role not in kernel.GIVEN:
             continue
-        members = {s: dict(kernel.ffi.typeof(name).fields) for s, name in structs.items()}
+        members = {s: dict(_members(kernel.ffi.typeof(name))) for s, name in structs.items()}
         struct = next((s for s in ("p", "in") if v.name in members[s]), "e")
-        low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{v.name}"
+        member = members[struct][v.name]
+        low, high, value = v.limits.at_least, v.limits.at_most, f"{struct}->{member}"
         fits, either = f"{value} >= {low!r} && {value} <= {high!r}", ""
         if v.name in (*MEMORY, "softening_temperature", "layer_compliance"):
             fits, either = f"{value} == 0.0 || ({fits})", "0 or "
@@ -193,7 +206,7 @@ def _limits_and_start(description: Description) -> tuple[dict[str, str], str]:
             f'        return "{v.name} must be {either}from {low:g} to {high:g}";'
         )
         place = {"p": "contact.", "in": "input.", "e": ""}[struct]
-        start.append(f"    element->{place}{v.name} = {description.start_values[v.name]!r};")
+        start.append(f"    element->{place}{member} = {description.start_values[v.name]!r};")
     return {f"limits_{s}": "\n".join(lines) for s, lines in checks.items()}, "\n".join(start)
 
 

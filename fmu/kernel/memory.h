@@ -93,7 +93,7 @@ ALWAYS_INLINE void take_memory(force_element_input *to, const force_element_inpu
     to->lateral = from->lateral;
 }
 
-/* Those of a contact that has rolled steadily, of which this is the output. */
+/* Those of a contact that has rolled steadily, from its output. */
 ALWAYS_INLINE rolling_memory settled(const force_element_output *out) {
     rolling_memory states = {out->steady_force, out->sticking, out->steady_outer};
     return states;
