@@ -12,7 +12,7 @@
 #include "half_space.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 4, STATE_VERSION = 2 };
+enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 4, STATE_VERSION = 3 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};
@@ -390,15 +390,7 @@ static result check_ellipse(component *self, size_t wheel) {
 }
 
 /* Warnings that an instance gives once. */
-typedef enum {
-    ASPECT_LIMITED,
-    SINGLE_CLOCK,
-    EXCHANGE,
-    TOO_LONG_STEP,
-    INVERSE_MASS,
-    TOLERANCE,
-    NO_GRIP
-} single_warning;
+typedef enum { ASPECT_LIMITED, SINGLE_CLOCK, TOO_LONG_STEP, TOLERANCE, NO_GRIP } single_warning;
 
 static int is_first(component *self, single_warning warning) {
     int first = !(self->warned >> warning & 1u);
@@ -517,17 +509,11 @@ result component_get(component *self, unsigned reference, int boolean, double *v
     return RESULT_OK;
 }
 
-/* Advice if the value diverged because a step was too long; else an empty text. */
+/* Advice if a solver's steps were too long for the state; else an empty text. */
 static const char *advice(const component *self, const model_variable *v, size_t wheel,
                           char *text) {
     const model_values *values = &self->now->values[wheel];
-    const slip_memory *last = &values->memory;
     text[0] = '\0';
-    if (v->role == INPUT && last->stable > 0.0 && last->step > last->stable)
-        snprintf(text, MESSAGE_SIZE,
-                 "; the last step of %s s was longer than the largest stable one of %s s: take "
-                 "steps of at most step_size_hint, or set implicit = true",
-                 SHOWN(last->step), SHOWN(last->stable));
     if (v->role == STATE && (RUNNING >> self->now->stage & 1u) && self->model->has_contact)
         snprintf(text, MESSAGE_SIZE,
                  "; an explicit solver diverges if its steps are longer than %s s: take shorter "
@@ -583,33 +569,6 @@ void component_put(component *self, unsigned reference, const double *values) {
         else model_set(v, now, value);
     }
     self->now->stale = 1;
-}
-
-/* Log once the cause of oscillations of the force from step to step. */
-static void check_exchange(component *self, size_t wheel) {
-    const model_values *v = &self->now->values[wheel];
-    const slip_memory *memory = &v->memory;
-    int parallel = v->parallel_exchange != 0.0;
-    if (memory->doubtful >= DOUBTFUL_STEPS && is_first(self, EXCHANGE))
-        component_log(
-            self, RESULT_WARNING,
-            "%sparallel_exchange = %s does not fit this coupling: the force swings from step to "
-            "step, as the tool applies it %s; set parallel_exchange = %s%s",
-            WHEEL(wheel), parallel ? "true" : "false",
-            parallel ? "in the step for which it is calculated" : "one step later",
-            parallel ? "false" : "true", v->implicit != 0.0 ? "" : ", and keep to step_size_hint");
-    if (memory->too_long > 0.0 && is_first(self, TOO_LONG_STEP))
-        component_log(self, RESULT_WARNING,
-                      "%sthe force swings from step to step and is wrong: steps of %s s are longer "
-                      "than the largest stable one of %s s at %s m/s; take shorter steps, or set "
-                      "implicit = true",
-                      WHEEL(wheel), SHOWN(memory->step), SHOWN(memory->too_long),
-                      SHOWN(v->input.speed));
-    if (memory->misfit > 0.0 && is_first(self, INVERSE_MASS))
-        component_log(self, RESULT_WARNING,
-                      "%seffective_inverse_mass = %s 1/kg does not fit this coupling: the force "
-                      "swings from step to step, and the slip follows it as with %s 1/kg; set that",
-                      WHEEL(wheel), SHOWN(v->effective_inverse_mass), SHOWN(memory->misfit));
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */
@@ -671,8 +630,14 @@ result component_step(component *self, double point, double step) {
                              SHOWN(point));
     }
     for (size_t w = 0; w < self->wheels; w++) {
-        check_exchange(self, w);
         values[w].time = end;
+        if (values[w].memory.too_long > 0.0 && is_first(self, TOO_LONG_STEP))
+            component_log(self, RESULT_WARNING,
+                          "%sthe force swings from step to step and is wrong: steps of %s s are "
+                          "longer than the largest stable one of %s s at %s m/s; take shorter "
+                          "steps, or set implicit = true",
+                          WHEEL(w), SHOWN(step), SHOWN(values[w].memory.too_long),
+                          SHOWN(values[w].input.speed));
         double held = values[w].held_tolerance, limit = values[w].max_substeps;
         if (!(held > self->now->tolerance) || !is_first(self, TOLERANCE)) continue;
         if (limit > 0.0)

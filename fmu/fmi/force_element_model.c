@@ -65,74 +65,6 @@ void tangent_force(const creep_table *table, const model_values *v, const model_
 }
 #endif /* ONE_FILE_KERNEL */
 
-/* Weight of a square in a sum in which older ones count less: it counts as much as the others and a
- * usual one together at most, so that one wild jump of the inputs does not hide the steps after it.
- */
-static double weight_of(double square, double sum, double usual) {
-    return square > sum + usual ? (sum + usual) / square : 1.0;
-}
-
-/* Count the turns of a force that oscillates from step to step and makes the slip oscillate: the
- * slip's acceleration then changes by minus an inverse mass times the change of the force, and
- * nothing else of that size changes it. A force that its surroundings excite lacks this effect, and
- * one that oscillates slowly turns less often. */
-static void count_turns(slip_memory *memory, double force, double rate, double friction_force,
-                        double inverse_mass) {
-    static const double FADING = 0.9, MIN_SWING = 0.05, MIN_CORRELATION = 0.95, MAX_PAUSE = 25.0;
-    double rise = force - memory->acting, bend = rate - memory->rate;
-    double *sums = memory->products, usual = inverse_mass * friction_force;
-    double weight = weight_of(bend * bend, sums[2], usual * usual);
-    sums[0] = FADING * sums[0] + weight * rise * rise;
-    sums[1] = FADING * sums[1] + weight * rise * bend;
-    sums[2] = FADING * sums[2] + weight * bend * bend;
-    if (!(sums[0] + fabs(sums[1]) + sums[2] < 1e100)) sums[0] = sums[1] = sums[2] = 0.0;
-    int large = fabs(rise) > MIN_SWING * friction_force;
-    int turning = large && rise * memory->rise < 0.0;
-    int follows = sums[1] < 0.0 && sums[1] * sums[1] > MIN_CORRELATION * sums[0] * sums[2];
-    memory->steady = turning ? 0.0 : fmin(memory->steady + 1.0, 1e3);
-    memory->turns = turning ? fmin(memory->turns + 1.0, DOUBTFUL_STEPS) : memory->turns;
-    if (!follows || memory->steady > MAX_PAUSE) memory->turns = 0.0;
-    if (large) memory->rise = rise;
-    memory->acting = force;
-    memory->rate = rate;
-}
-
-/* The inverse mass with which the slip follows the force [1/kg]. */
-static double followed_inverse_mass(const slip_memory *memory) {
-    return -memory->products[1] / memory->products[0];
-}
-
-/* The memory at the start of a step, with the last step judged. Either the last force or the one
- * before may have acted in it; each hypothesis gives a slip acceleration by everything else. The
- * drive is independent of our steps: if it follows their oscillation under the declared hypothesis
- * and not under the other one, the declaration is wrong. A drive that oscillates by itself, at any
- * frequency, makes both rough. */
-static slip_memory judged(const model_values *v) {
-    static const double FADING = 0.8, MIN_SWING = 0.1, MIN_CONTRAST = 30.0;
-    slip_memory memory = v->memory;
-    double m = v->effective_inverse_mass, friction = v->contact.static_friction;
-    double slip = v->contact.radius * v->input.omega - v->input.speed;
-    double swing = MIN_SWING * m * friction * v->input.friction_scale * v->input.normal_load;
-    double rate = (slip - memory.slip) / memory.step;
-    if (memory.known == 0.0) return memory;
-    int parallel = v->parallel_exchange != 0.0;
-    double force[2] = {parallel ? memory.previous : memory.force,
-                       parallel ? memory.force : memory.previous};
-    for (int i = 0; i < 2; i++) {
-        double external = rate + m * force[i], change = external - memory.external[i];
-        double weight = weight_of(change * change, memory.roughness[i], swing * swing);
-        memory.external[i] = external;
-        memory.roughness[i] = FADING * memory.roughness[i] + weight * change * change;
-        if (!(memory.roughness[i] < 1e100)) memory.roughness[i] = memory.external[i] = 0.0;
-    }
-    count_turns(&memory, force[0], rate, friction * v->input.friction_scale * v->input.normal_load,
-                m);
-    int rough = memory.roughness[0] > swing * swing && swing > 0.0;
-    int doubtful = rough && memory.roughness[0] > MIN_CONTRAST * memory.roughness[1];
-    memory.doubtful = doubtful ? fmin(memory.doubtful + 1.0, DOUBTFUL_STEPS) : 0.0;
-    return memory;
-}
-
 /* A step of the implicit mode. */
 typedef struct {
     slip_memory memory;
@@ -150,7 +82,7 @@ typedef struct {
 static void begin_slip_step(const model_values *v, double step, double tolerance, slip_step *s,
                             wheelset_task *task) {
     double m = v->effective_inverse_mass, radius = v->contact.radius, a;
-    slip_memory memory = judged(v);
+    slip_memory memory = v->memory;
     s->slip = radius * v->input.omega - v->input.speed;
     if (memory.known == 0.0) { /* assume a steady slip */
         memory.force = v->output.creep_force;
@@ -186,13 +118,6 @@ static void end_slip_step(model_values *v, double step, const slip_step *s,
                           const wheelset_task *task) {
     double m = v->effective_inverse_mass, radius = v->contact.radius;
     slip_memory memory = s->memory;
-    if (memory.turns >= DOUBTFUL_STEPS) { /* see the guide for these bounds */
-        double found = followed_inverse_mass(&memory);
-        int parallel = v->parallel_exchange != 0.0;
-        if (found > (parallel ? 1.25 : 1.3) * m || (parallel && found < 0.8 * m))
-            memory.misfit = found;
-    }
-    memory.previous = memory.force;
     double end = radius * task->input.omega - task->input.speed;
     /* Under a small load the rounding of this difference may exceed the force. */
     double load = fmax(0.0, v->input.normal_load);
@@ -233,28 +158,54 @@ static const char *step_slips(const creep_table *table, model_values *values, si
     return NULL;
 }
 
-/* A force that is held or remembers needs no solution: store the step, to detect instability. */
-static void remember(const creep_table *table, model_values *v, double step) {
-    double force = v->output.creep_force;
-    slip_memory memory = judged(v);
-    if (memory.turns >= DOUBTFUL_STEPS) { /* the pole is largest where there is no slip */
-        model_values rolling = *v;
-        rolling.effective_inverse_mass =
-            fmin(v->effective_inverse_mass, followed_inverse_mass(&memory));
-        rolling.input.omega = v->input.speed / v->contact.radius;
-        forget(&rolling.input);
-        evaluate_force(table, &rolling, 1);
-        double longest = 2.0 * rolling.step_size_hint;
-        if (memory.step > longest) memory.too_long = longest;
+/* Count the turns of a held force that swings from step to step and makes the slip swing: at each
+ * large change the slip's acceleration then changes the other way, with the same inverse mass. A
+ * force that its surroundings excite, as in a replay of measured velocities, lacks this effect. */
+static void count_turns(slip_memory *memory, const model_values *v) {
+    static const double MIN_SWING = 0.05, MAX_CHANGE = 0.2, MAX_SIZE = 1e100;
+    double slip = v->contact.radius * v->input.omega - v->input.speed;
+    double rate = (slip - memory->slip) / memory->step, rise = memory->applied - memory->acting;
+    double friction = v->contact.static_friction * v->input.friction_scale * v->input.normal_load;
+    if (!(fabs(rate) < MAX_SIZE)) rate = 0.0;
+    if (fabs(rise) > MIN_SWING * friction) {
+        double inverse_mass = (memory->rate - rate) / rise;
+        if (!(fabs(inverse_mass) < MAX_SIZE)) inverse_mass = 0.0;
+        int follows = fabs(inverse_mass - memory->inverse_mass) < MAX_CHANGE * inverse_mass;
+        memory->turns = follows ? memory->turns + (rise * memory->rise < 0.0) : 0.0;
+        memory->inverse_mass = inverse_mass;
+        memory->rise = rise;
     }
-    if (memory.known == 0.0) memory.force = force;
-    if (!remembers(&v->contact)) memory.previous = memory.force, memory.force = force;
-    double stable = 2.0 * v->step_size_hint;
-    if (memory.stable == 0.0 || stable < memory.stable) memory.stable = stable;
-    memory.known = 1.0;
-    memory.slip = v->contact.radius * v->input.omega - v->input.speed;
-    memory.step = step;
-    v->memory = memory;
+    memory->acting = memory->applied;
+    memory->rate = rate;
+}
+
+/* The largest stable step if the slip follows the force as it did, or as declared; the pole is
+ * largest where there is no slip. */
+static double stable_without_slip(const creep_table *table, const model_values *v) {
+    model_values rolling = *v;
+    rolling.effective_inverse_mass = fmin(v->effective_inverse_mass, v->memory.inverse_mass);
+    rolling.input.omega = v->input.speed / v->contact.radius;
+    forget(&rolling.input);
+    evaluate_force(table, &rolling, 1);
+    return 2.0 * rolling.step_size_hint;
+}
+
+/* A force that is held or remembers needs no solution: store the step, to see the force swing. */
+static void remember(const creep_table *table, model_values *v, double step) {
+    static const double MIN_TURNS = 12.0; /* beyond chance */
+    slip_memory *memory = &v->memory;
+    double force = v->output.creep_force;
+    if (memory->known != 0.0) count_turns(memory, v);
+    if (memory->turns >= MIN_TURNS) {
+        double longest = stable_without_slip(table, v);
+        if (memory->step > longest) memory->too_long = longest;
+    }
+    int late = v->parallel_exchange != 0.0 && memory->known != 0.0;
+    memory->applied = late ? memory->force : force;
+    memory->force = force;
+    memory->known = 1.0;
+    memory->slip = v->contact.radius * v->input.omega - v->input.speed;
+    memory->step = step;
 }
 
 /* Advance the memory of the contacts at held velocities. */
@@ -269,26 +220,18 @@ static const char *advance_memories(const creep_table *table, model_values *valu
         tasks[i].max_substeps = values[i].max_substeps;
     }
     const char *error = wheelsets_advance(table, tasks, n, step, failed);
-    for (size_t i = 0; i < n && error == NULL; i++) {
-        remember(table, &values[i], step);
-        values[i].input = tasks[i].input;
-    }
+    for (size_t i = 0; i < n && error == NULL; i++) values[i].input = tasks[i].input;
     return error;
 }
 
 const char *advance_force(const creep_table *table, model_values *values, size_t n, double step,
                           double tolerance, size_t *failed) {
     if (values->implicit != 0.0) return step_slips(table, values, n, step, tolerance, failed);
-    if (!remembers(&values->contact)) {
-        for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
-        return NULL;
+    if (remembers(&values->contact)) {
+        const char *error = advance_memories(table, values, n, step, tolerance, failed);
+        if (error != NULL) return error;
+        evaluate_force(table, values, n); /* the tool applies the force at the step's end */
     }
-    const char *error = advance_memories(table, values, n, step, tolerance, failed);
-    if (error != NULL) return error;
-    evaluate_force(table, values, n); /* the tool applies the force at the step's end */
-    for (size_t i = 0; i < n; i++) {
-        model_values *v = &values[i];
-        v->memory.previous = v->memory.force, v->memory.force = v->output.creep_force;
-    }
+    for (size_t i = 0; i < n; i++) remember(table, &values[i], step);
     return NULL;
 }

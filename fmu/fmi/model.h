@@ -12,32 +12,17 @@
 
 /* Memory of the force element of the previous steps. */
 typedef struct {
-    double known;    /* 1 after the first step */
-    double slip;     /* slip velocity at the start of the last step, as the tool gave it [m/s] */
-    double step;     /* length of the last step [s] */
-    double applied;  /* creep force on the tool's body during the last step [N] */
-    double force;    /* creep force of the last step; the mean one, if implicit [N] */
-    double previous; /* that of the step before [N] */
-    double stable;   /* minimum of the maximum stable steps so far; 0: no limit so far [s] */
-    /* Slip acceleration by everything but the creep force in the last step, if both sides of the
-     * exchange step as parallel_exchange has it and if they do not, and how it changes: sums of
-     * squares in which older steps count less. */
-    double external[2];  /* [m/s2] */
-    double roughness[2]; /* [m2/s4] */
-    double doubtful;     /* successive steps that indicate a wrong parallel_exchange [1] */
-    double acting, rate; /* creep force and slip acceleration in the last step [N, m/s2] */
-    /* Changes of both from step to step: force^2, force * acceleration, acceleration^2, sums in
-     * which older steps count less. */
-    double products[3];
-    double rise;     /* last large change of the force [N] */
-    double turns;    /* how often its sign has changed while the slip follows the force [1] */
-    double steady;   /* steps since [1] */
-    double too_long; /* stable step, once a longer one made the force oscillate; else 0 [s] */
-    double misfit;   /* inverse mass found, once an implicit force oscillates [1/kg] */
+    double known;   /* 1 after the first step */
+    double slip;    /* slip velocity at the start of the last step, as the tool gave it [m/s] */
+    double step;    /* length of the last step [s] */
+    double applied; /* creep force on the tool's body during the last step [N] */
+    double force;   /* creep force of the last step; the mean one, if implicit [N] */
+    double acting, rate; /* held creep force and slip acceleration in the step before [N, m/s2] */
+    double rise;         /* last large change of the held force [N] */
+    double inverse_mass; /* with which the slip followed it [1/kg] */
+    double turns;        /* how often its sign has changed while the slip follows the force [1] */
+    double too_long;     /* stable step, once a longer one made the force swing; else 0 [s] */
 } slip_memory;
-
-/* Number of such steps beyond which chance is excluded. */
-#define DOUBTFUL_STEPS 12
 
 /* Largest number of wheels in one FMU. */
 enum { MAX_WHEELS = 32 };
