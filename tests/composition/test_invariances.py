@@ -234,8 +234,16 @@ ALL = cases()
 
 
 def each(keep: Callable[[Case], bool] = lambda case: True) -> pytest.MarkDecorator:
+    """Cases of a test; every other vehicle is one of the slow tests."""
     chosen = [case for case in ALL if keep(case)]
-    return pytest.mark.parametrize("case", chosen, ids=[case.name for case in chosen])
+    slow = [case.vehicle and i % 2 == 1 for i, case in enumerate(chosen)]
+    return pytest.mark.parametrize(
+        "case",
+        [
+            pytest.param(case, id=case.name, marks=[pytest.mark.slow] * late)
+            for case, late in zip(chosen, slow, strict=True)
+        ],
+    )
 
 
 # ---- mirror ----------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage
-from explorer_vehicle import random_wheelset
 from outside_tools import module
 
 import contactlib as cl
@@ -23,7 +22,6 @@ from contactlib.table.law_tables import Shape
 pytestmark = pytest.mark.tools
 
 SHAPES: tuple[Shape, Shape] = ("line", "elliptic")
-FALLING = list(kernel.struct_dtype("force_element_output").fields or ()).index("falling_branch")
 
 Numbers = dict[str, float]
 
@@ -41,40 +39,6 @@ def doubles(struct: Any) -> Any:
     return np.frombuffer(kernel.ffi.buffer(struct))
 
 
-# What the page calls for an array of arguments, their ranges, and the native function.
-FUNCTIONS: dict[str, tuple[str, list[tuple[float, float]], Any]] = {
-    "place on the line law": (
-        "(x, k) => [kernel.module.creep_table_coordinate(x, k)]",
-        [(1e-6, 1e3), (1e-3, 2.0)],
-        kernel.table_coordinate,
-    ),
-    "Hertz's ellipse": (
-        "(rx, ry, c) => kernel.semiAxes(rx, ry, c)",
-        [(1e-3, 1e3), (1e-3, 1e3), (1e-9, 1e-4)],
-        kernel.hertz_semi_axes,
-    ),
-    "half-space": (
-        """(g, nu) => Object.values(kernel.filled("half_space_scales", (to) =>
-          kernel.module.half_space_scales_of(g, nu, to)))""",
-        [(0.03, 30.0), (0.01, 0.5)],
-        lambda g, nu: doubles(kernel.half_space_scales(g, nu)),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_a_function_is_that_of_python(page: ExplorerPage, name: str) -> None:
-    call, ranges, native = FUNCTIONS[name]
-    low, high = np.log(ranges).T
-    cases = np.exp(np.random.default_rng(72).uniform(low, high, (500, len(ranges)))).tolist()
-    function = f"""async (cases) => {{
-      const {{ kernel }} = await contactlib.ready;
-      return cases.map((given) => ({call})(...given));
-    }}"""
-    for case, its in zip(cases, page.call(function, cases), strict=True):
-        assert bits(its) == bits(native(*case)), case
-
-
 REMEMBERING = {
     "memory": 1.0,
     "body_modulus": 1.1e11,
@@ -82,71 +46,6 @@ REMEMBERING = {
     "transverse_half_length": 30e-3,
 }
 NO_MEMORY = {**REMEMBERING, "memory": 0.0}
-
-
-def random_case(rng: np.random.Generator) -> tuple[Shape, Numbers, Numbers]:
-    """Contact of a random wheelset, its parameters, and an input of its force element."""
-    wheelset = random_wheelset(rng)
-    contact = wheelset.element.contact
-    parameters = {
-        **wheelset.element.parameters,
-        "memory": float(rng.integers(2)),
-        "body_modulus": contact.contact_modulus,
-        "poisson_ratio": float(rng.uniform(0.0, 0.5)),
-        "transverse_half_length": max(contact.transverse_half_length, 2.0 * contact.semi_width),
-    }
-    if rng.random() < 0.3:
-        parameters["weakening_length"] = 0.0
-    speed = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 1.8)
-    creepage = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-6.0, 0.5)
-    held = parameters["nominal_load"] * rng.uniform(-0.4, 0.4)
-    given = {
-        "omega": speed * (1.0 + creepage) / wheelset.radius,
-        "speed": speed,
-        "normal_load": parameters["nominal_load"] * rng.choice([0.0, 1.0, rng.uniform(0.1, 3.0)]),
-        "friction_scale": rng.uniform(0.2, 1.5),
-        "held_force": held,
-        "unslipped": rng.uniform(0.0, 1.0),
-        "outer_force": held * rng.uniform(0.1, 0.4),
-        "held_lateral": 0.0,
-        "outer_lateral": 0.0,
-        "lateral_velocity": 0.0,
-        "spin_velocity": 0.0,
-    }
-    shape: Shape = "line" if parameters["load_exponent"] == 0.5 else "elliptic"
-    return shape, parameters, given
-
-
-FORCES = """async (cases) => {
-  const { kernel } = await contactlib.ready, { module } = kernel;
-  return cases.map(([contact, parameters, input]) => {
-    const given = (name, values) => kernel.given(name, values);
-    const element = () => given("force_element_parameters", parameters);
-    const output = kernel.filled("force_element_output", (to) => module.force_element_evaluate(
-      kernel.tables[contact], element(), given("force_element_input", input), to));
-    const scales = kernel.filled("contact_scales", (to) =>
-      module.force_element_scales(
-        kernel.tables[contact], element(), parameters.nominal_load * 1.1, 0.7, to));
-    return [output, scales].map((struct) => Object.values(struct));
-  });
-}"""
-
-
-def test_forces_and_scales_are_those_of_python(page: ExplorerPage) -> None:
-    rng = np.random.default_rng(73)
-    cases = [random_case(rng) for _ in range(400)]
-    answers = page.call(FORCES, cases)
-    tables = {shape: native_table(shape) for shape in SHAPES}
-    assert {force[FALLING] for force, _ in answers} == {0.0, 1.0}
-    for (shape, parameters, given), its in zip(cases, answers, strict=True):
-        element = kernel.NativeForceElement(tables[shape], parameters)
-        output = element.evaluate(
-            np.array([tuple(given.values())], kernel.struct_dtype("force_element_input"))
-        )
-        load = parameters["nominal_load"] * 1.1
-        scales = kernel.contact_scales(parameters, load, 0.7, table=tables[shape])
-        expected = output.view(np.float64), doubles(scales)
-        assert [*map(bits, its)] == [*map(bits, expected)], given
 
 
 # ---- drivetrain -----------------------------------------------------------------------------
@@ -263,33 +162,6 @@ def test_a_table_is_the_packages_to_the_last_bit(page: ExplorerPage, contact: Sh
     frame = len(TABLE_MAGIC) + 16
     text = page.call(FILE, contact, HEADER_SIZE - NAME_SIZE - frame, HEADER_SIZE, len(data))
     assert b64decode(text) == data
-
-
-LOAD = """async (part) => {
-  const bytes = async (id) => {
-    const text = atob(JSON.parse(document.getElementById(id).textContent));
-    const packed = new Blob([Uint8Array.from(text, (c) => c.charCodeAt(0))]).stream();
-    const whole = packed.pipeThrough(new DecompressionStream("deflate"));
-    return new Uint8Array(await new Response(whole).arrayBuffer());
-  };
-  const [wasm, table] = await Promise.all(["kernel", "table-line"].map(bytes));
-  const line = table.slice(0, Math.round(part * table.length));
-  if (part === 1) line[5000] ^= 1;
-  const { kernel } = await contactlib.ready;
-  return kernel.constructor.load(wasm, { line, elliptic: table }).catch(String);
-}"""
-
-
-@pytest.mark.parametrize(
-    ("part", "error"),
-    [
-        (1, "the file is damaged (checksum)"),
-        (0.5, "the table's length does not fit its number of cells"),
-        (0, "the table is shorter than its header"),
-    ],
-)
-def test_a_damaged_table_is_refused(page: ExplorerPage, part: float, error: str) -> None:
-    assert page.call(LOAD, part) == f"Error: {error}"
 
 
 # ---- the file -------------------------------------------------------------------------------

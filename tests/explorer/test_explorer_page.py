@@ -328,50 +328,6 @@ def test_numbers_shown_are_those_of_python(
         assert longest == "any"
 
 
-RANDOM_WHEELS = """async (count) => {
-  // The sliders' ends, and a torque anywhere up to and beyond the fold.
-  const { app } = await contactlib.ready;
-  let seed = 1;
-  const uniform = (low, high) => {
-    seed = (seed * 16807) % 2147483647;
-    return low + ((high - low) * seed) / 2147483647;
-  };
-  const log = (low, high) => Math.exp(uniform(Math.log(low), Math.log(high)));
-  const stopped = [];
-  for (let i = 0; i < count; i++) {
-    app.reset();
-    const vehicle = {
-      contact: uniform(0, 1) < 0.5 ? "line" : "elliptic", mass: i % 2 ? 1.4e5 : null,
-      k_hat: uniform(0, 1.2), slip_rate_residual: uniform(0.2, 1), slip_rate_decay: uniform(0, 3),
-      inertia: log(30, 1000), damping: uniform(0, 300), slope_reduction: log(0.02, 1),
-      layer_compliance: i % 3 ? 0 : 1e-13,
-      kinetic_friction: 0.2, static_friction: 0.2 * uniform(1.05, 4),
-    };
-    app.change(() => {
-      Object.assign(app.settings.vehicle, vehicle);
-      app.settings.patch.friction = uniform(0.1, 1);
-      app.settings.axleLoad = uniform(2e4, 4e5);
-    });
-    app.setSpeed(log(1, 60));
-    const most = app.shown.fold?.drive_torque ?? 2e4;
-    app.control.drive_torque = most * (1 - 10 ** uniform(-6, -0.1));
-    app.control.mode = uniform(0, 1) < 0.3 ? "creep" : "torque";
-    app.restart();
-    if (!app.playing) app.play(true);
-    if (i % 3 === 0) app.placePatch();
-    app.advance(0.5);
-    for (let k = 0; k < 3; k++) app.frame(app.last + 400);
-    if (!app.playing && app.run.stopped === null) stopped.push(JSON.stringify(vehicle));
-  }
-  return stopped;
-}"""
-
-
-def test_no_wheel_within_the_sliders_ends_stops_the_page(visitor: Visitor) -> None:
-    RIG.set_up(visitor)
-    assert visitor.opened.call(RANDOM_WHEELS, 12) == []
-
-
 LAYERED = """
 name = "A wheel on a soft layer"
 source = "chosen"

@@ -1,21 +1,21 @@
-"""The explorer page's analysis against Python's: parameters, fold, gains, clearing, traction."""
+"""The explorer page's analysis against Python's: memory, gains, clearing, traction."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage
-from explorer_vehicle import SAMPLE, changed, random_wheelset, vehicle_of, with_memory
+from explorer_vehicle import SAMPLE, changed, vehicle_of, with_memory
 from numpy.testing import assert_allclose
 
 import contactlib as cl
 from contactlib.stability import clearing, delay_limit, find_fold, proportional_window
-from contactlib.vehicle import CreepCurve
 from contactlib.vehicle.creep_curve import Fold
 
 pytestmark = pytest.mark.tools
@@ -45,16 +45,21 @@ class Place(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def places() -> list[Place]:
-    """Any wheelsets, low loads and fast trains among them."""
+def places(rig: cl.Model) -> list[Place]:
+    """Wheelsets of any shape and fall of friction, low loads and fast trains among them."""
     rng = np.random.default_rng(20)
-    drawn = []
-    for _ in range(60):
-        wheelset = random_wheelset(rng)
-        load = wheelset.element.axle_load * 10.0 ** rng.uniform(-1.5, 0.3)
-        speed = 10.0 ** rng.uniform(-0.5, 1.8)
-        drawn.append(Place(wheelset, float(speed), float(load), float(rng.uniform(0.3, 1.3))))
-    return drawn
+    falls = [{"decay": 0.0}, {"residual": 0.4, "decay": 0.7}, {"heat": 1.0 / 600.0}]
+    return [
+        Place(
+            changed(rig.wheelset, {"k_hat": k_hat, "inertia": inertia, **fall}, ellipse),
+            speed=float(10.0 ** rng.uniform(-0.5, 1.8)),
+            load=float(220.65e3 * 10.0 ** rng.uniform(-1.5, 0.3)),
+            friction=float(rng.uniform(0.3, 1.3)),
+        )
+        for ellipse in (False, True)
+        for k_hat, inertia in ((0.02, 60.0), (0.1, 250.0), (0.3, 900.0))
+        for fall in falls
+    ]
 
 
 def fold_of(place: Place) -> Fold | None:
@@ -76,60 +81,14 @@ def call(
     return page.call(PLACES.replace("FUNCTION", what), given)
 
 
-def test_parameters_and_steady_creep_are_those_of_python(
-    page: ExplorerPage, places: list[Place], rig: cl.Model
-) -> None:
-    wheelsets = [
-        changed(rig.wheelset, {"k_hat": k_hat, "damping": damping}, ellipse=False)
-        for k_hat in (0.0, 1e-2, 0.3)
-        for damping in (0.0, 0.1, 1e3, 1e5)
-    ]
-    places = [*places[:30], *map(Place, wheelsets)]
-    zeta = np.geomspace(1e-4, 10.0, 30)
-    answers = call(
-        page,
-        places,
-        """(plant, { vehicle, speed, friction, zeta }, { vehicle: of }) => {
-          const points = zeta.map((z) => plant.at(z, speed, friction));
-          return { contact: plant.contact, body: plant.body, modulus: of.contactModulus(vehicle),
-            fold: plant.fold(speed), peak: Object.values(plant.peak(speed)), points };
-        }""",
-        [{"zeta": zeta.tolist()}] * len(places),
-    )
-    for at, its in zip(places, answers, strict=True):
-        element = at.wheelset.element
-        contact = {**element.parameters, "memory": 0.0}
-        for name, expected in (("contact", contact), ("body", at.wheelset.parameters)):
-            assert {key: its[name][key] for key in expected} == pytest.approx(expected, rel=1e-13)
-        assert its["modulus"] == pytest.approx(element.contact.contact_modulus, rel=1e-14)
-        curve = CreepCurve(at.wheelset, **at.inputs)
-        for name in ("torque", "slope", "minimum_gain"):
-            values, expected = [p[name] for p in its["points"]], getattr(curve, name)(zeta)
-            steepest = float(np.abs(curve.slope(zeta)).max())  # what cancels is of this size
-            assert_allclose(values, expected, rtol=1e-9, atol=1e-12 * steepest)
-        dry = at._replace(friction=1.0)
-        fold = fold_of(dry)
-        assert its["fold"] == (fold and pytest.approx(fold._asdict(), rel=1e-9))
-        peak = CreepCurve(at.wheelset, **dry.inputs).peak
-        assert its["peak"] == pytest.approx(peak, rel=1e-9)
-    folds = [its["fold"] for its in answers]
-    assert 5 < folds.count(None) < len(folds) - 5
-    assert sum(fold is not None and math.isfinite(fold["return_creepage"]) for fold in folds) > 3
-
-
 def test_memory_is_that_of_python(page: ExplorerPage, places: list[Place]) -> None:
     remembering = [at._replace(wheelset=with_memory(at.wheelset)) for at in places]
-    answers = call(page, remembering, "(plant) => plant.rolling")
-    for at, its in zip(remembering, answers, strict=True):
-        contact = at.wheelset.element.contact
-        if isinstance(contact, cl.LineContact) and contact.length < 4.0 * contact.semi_width:
-            assert "needs a line contact" in its
-            continue
+    for at, its in zip(
+        remembering, call(page, remembering, "(plant) => plant.rolling"), strict=True
+    ):
         expected = at.wheelset.element.rolling_parameters
         assert expected["memory"] == 1.0
         assert {key: its[key] for key in expected} == pytest.approx(expected, rel=1e-12)
-    assert {type(its) for its in answers} == {str, dict}
-    assert {its["elliptic"] for its in answers if isinstance(its, dict)} == {0.0, 1.0}
 
 
 # ---- gains and delays -----------------------------------------------------------------------
@@ -205,10 +164,10 @@ def test_clearing_of_a_held_speed(page: ExplorerPage, rig: cl.Model, places: lis
     for at in places:
         good = at._replace(friction=1.0)
         fold = fold_of(good)
-        if fold is not None and at.wheelset.speed_held:
+        if fold is not None:
             patches.append((good, between(rng, fold, -0.1, 0.98), float(rng.uniform(0.3, 0.95))))
     deviations = deviations_of(page, patches)
-    assert len(deviations) > 12
+    assert len(deviations) > 6
     assert max(deviations) < 1e-6
     assert len(patches) - len(deviations) > 2  # survived at any length
 
@@ -226,16 +185,14 @@ def test_clearing_of_a_free_speed(page: ExplorerPage, locomotive: cl.Model) -> N
     assert max(deviations) < 1e-4
 
 
-def test_clearing_of_light_vehicles(page: ExplorerPage) -> None:
+def test_clearing_of_light_vehicles(page: ExplorerPage, rig: cl.Model) -> None:
     """The speed changes while the border is approached: good to half a per cent, as a rule."""
-    rng = np.random.default_rng(8)
-    patches: list[Patch] = []
-    while len(patches) < 6:
-        wheelset = random_wheelset(rng)
-        load = wheelset.element.axle_load * float(rng.uniform(0.3, 1.3))
-        at = Place(wheelset, float(10.0 ** rng.uniform(0.5, 1.8)), load)
-        fold = fold_of(at)
-        if fold is not None and not wheelset.speed_held:
+    rng, patches = np.random.default_rng(8), list[Patch]()
+    for mass in (6e3, 2e4, 6e4):
+        for speed in (5.0, 20.0):
+            at = Place(replace(rig.wheelset, mass=mass), speed)
+            fold = fold_of(at)
+            assert fold is not None
             patches.append((at, between(rng, fold, 0.2, 0.9), float(rng.uniform(0.3, 0.9))))
     deviations = deviations_of(page, patches)
     assert len(deviations) > 2
@@ -310,27 +267,3 @@ def test_a_layer_s_traction_is_that_of_the_law(
             off = np.where(position == boundary, 0.0, np.abs(traction - expected))  # where it jumps
             assert np.quantile(off, 0.9) < 0.02
             assert np.sum(0.5 * (off[1:] + off[:-1]) * np.diff(position)) < 0.01
-
-
-# ---- refusals -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("expression", "message"),
-    [
-        ("plant.force(0.01, NaN)", "speed = NaN is out of range: must be finite"),
-        (
-            "new Plant(at.vehicle, 0)",
-            "axleLoad = 0 is out of range: must be finite and > 0",
-        ),
-        (
-            "new Plant({ ...at.vehicle, k_hat: 0.5, kinetic_friction: 0.45 }, 1)",
-            "k_hat = 0.5 needs static_friction = 0.45 above kinetic_friction = 0.45",
-        ),
-    ],
-)
-def test_bad_input_is_named(
-    page: ExplorerPage, rig: cl.Model, expression: str, message: str
-) -> None:
-    code = f"(plant, at, {{ plant: {{ Plant }} }}) => {expression}"
-    assert call(page, [Place(rig.wheelset)], code) == [message]

@@ -9,13 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage, Found
-from explorer_vehicle import SAMPLE, SPEED, changed, fold_of, vehicle_of, with_memory
+from explorer_vehicle import SAMPLE, SPEED, fold_of, vehicle_of, with_memory
 from numpy.testing import assert_allclose
-from plain_scenario import plain_scenario
 
 import contactlib as cl
-from contactlib import stability
-from contactlib.base.quantities import FloatArray
 
 pytestmark = pytest.mark.tools
 
@@ -75,63 +72,6 @@ def drive(
     return Found(**page.call(DRIVE, given))
 
 
-@pytest.mark.parametrize("model", ["rig", "locomotive"])
-def test_a_slow_ramp_slips_away_where_python_s_does(
-    page: ExplorerPage, model: str, request: pytest.FixtureRequest
-) -> None:
-    wheelset = request.getfixturevalue(model).wheelset
-    fold = fold_of(wheelset)
-    first, rate, duration = 0.99 * fold.drive_torque, 200.0, 2.5
-    last = first + rate * duration
-    control = {"drive_torque": first, "torque_rate": rate}
-    run = drive(page, wheelset, control, {"drive_torque": last}, duration, fold=fold.creepage)
-    other = cl.simulate(
-        wheelset, cl.TorqueControl(cl.Profile((0.0, duration), (first, last))), initial_speed=SPEED
-    )
-    assert run.names == ["peak_passed", "slip_away"]
-    passed, away = run.first("peak_passed"), run.first("slip_away")
-    assert passed["creepage"] == pytest.approx(fold.creepage, rel=1e-3)
-    assert passed["drive_torque"] == pytest.approx(fold.drive_torque, rel=5e-3)
-    there = other.first("slip_away")
-    assert there is not None
-    assert away["time"] == pytest.approx(there.time, abs=2.0 * SAMPLE)
-    for name, tolerance in (("creepage", 2e-3), ("speed", 1e-6), ("drive_torque", 1e-6)):
-        expected = np.interp(run["time"], other.time, other[name])
-        assert_allclose(run[name], expected, rtol=tolerance)
-    for name in ("distance", "drive_work", "creep_work", "loss_work"):
-        assert run.state[name] == pytest.approx(other[name][-1], rel=1e-5), name
-    assert run.stopped is None
-
-
-@pytest.mark.parametrize("ellipse", [False, True])
-def test_a_run_with_memory_is_python_s(page: ExplorerPage, rig: cl.Model, ellipse: bool) -> None:
-    """A slow wheel meets a wet rail, and slips away within few lengths of its contact."""
-    steady = changed(rig.wheelset, {}, ellipse)
-    wheelset = with_memory(steady)
-    speed, begins, duration = 1.0, 0.1, 0.15
-    torque = 0.9 * fold_of(wheelset, speed).drive_torque
-    given = {"drive_torque": torque}, ["placePatch", 0.5, 1.0, begins], duration
-    run, without = (drive(page, each, *given, speed=speed) for each in (wheelset, steady))
-    wet = cl.Profile((begins - 1e-9,) * 2, (1.0, 0.5))  # friction is held from a row on
-    case = plain_scenario(
-        wheelset,
-        demand=cl.Profile.of(torque),
-        held_speed=cl.Profile.of(speed),
-        initial_speed=speed,
-        duration=duration,
-        track=cl.Track(friction_left=wet, friction_right=wet),
-    )
-    other = cl.run_scenario(case, "open_loop", step=2e-3)
-    # The force falls to friction at once: no row between the two of Python beside that place.
-    beside = np.abs(run["time"] - (begins / speed - 1e-3)) > 9e-4
-    for name in ("creepage", "creep_force"):
-        expected = np.interp(run["time"], other.time, other[name])
-        assert_allclose(run[name][beside], expected[beside], rtol=2e-4)
-    assert run["creepage"][-1] > 1.0
-    expected = np.interp(run["time"], without["time"], without["creepage"])
-    assert np.abs(run["creepage"] / expected - 1.0).max() > 0.05
-
-
 @pytest.mark.parametrize("share", [0.5, 1.5])
 def test_a_wheel_that_stands_holds_a_torque_or_breaks_loose(
     page: ExplorerPage, rig: cl.Model, share: float
@@ -163,66 +103,6 @@ def test_memory_begins_with_steady_rolling(page: ExplorerPage, rig: cl.Model) ->
     assert_allclose(force[: kicked + 2], force[0], rtol=1e-9)
     assert run["creepage"][kicked + 1] > run["creepage"][kicked] + 0.009
     assert abs(force[kicked + 2] / force[kicked] - 1.0) > 0.05
-
-
-def reference_path(start: float, end: float, saturation: float) -> cl.Profile:
-    """Rise of a reference: one saturation creepage in a second, or itself if that is more."""
-    knee = (saturation - start) / saturation
-    rising = np.linspace(0.0, math.log(end / saturation), 30)
-    times = [0.0, *(knee + rising), knee + rising[-1] + 1.0]
-    return cl.Profile(tuple(times), (start, *(saturation * np.exp(rising)), end))
-
-
-def test_creep_control_leads_onto_the_falling_branch_as_python_s_does(
-    page: ExplorerPage, rig: cl.Model
-) -> None:
-    wheelset, start = rig.wheelset, 0.008
-    gains = {"proportional_gain": 1e6, "integral_gain": 2e6}
-    path = reference_path(start, FALLING, wheelset.element.saturation_creepage)
-    run = drive(
-        page,
-        wheelset,
-        HOLDING | gains | {"creepage": start},
-        {"creepage": FALLING},
-        path.at[-1],
-        2.0,
-    )
-    control = cl.CreepControl(reference=path, torque_min=0.0, torque_max=40e3, **gains)
-    other = cl.simulate(
-        wheelset, control, initial_speed=SPEED, duration=path.at[-1], output_interval=2e-3
-    )
-    until = run["time"] <= path.at[-1]
-    for name in ("creepage", "drive_torque"):
-        expected = np.interp(run["time"][until], other.time, other[name])
-        assert_allclose(run[name][until], expected, rtol=1e-3)
-    assert run["creepage"][-1] == pytest.approx(FALLING, rel=1e-4)
-    steady = wheelset.balanced(creepage=FALLING, speed=SPEED)
-    assert not steady.stable
-    assert run["drive_torque"][-1] == pytest.approx(steady.drive_torque, rel=1e-4)
-
-
-def test_a_gain_holds_within_its_window_and_loses_outside(
-    page: ExplorerPage, rig: cl.Model
-) -> None:
-    wheelset, delay = rig.wheelset, 30 * SAMPLE
-    plant = stability.reduced_plant(wheelset, FALLING, speed=SPEED)
-    window = stability.proportional_window(plant.pole, plant.gain, delay=delay, sample_time=SAMPLE)
-    assert plant.pole > 20.0
-    assert plant.pole * delay < 0.5
-    kick = 1e-4 * FALLING
-
-    def deviation(gain: float) -> FloatArray:
-        given = {"creepage": FALLING, "proportional_gain": gain, "delay": delay}
-        run = drive(page, wheelset, HOLDING | given, ["kick", kick], 1.2)
-        assert run.sample == SAMPLE
-        return np.abs(run["creepage"] - FALLING)
-
-    for inside, outside in (
-        (1.06 * window.lowest, 0.94 * window.lowest),
-        (0.94 * window.highest, 1.06 * window.highest),
-    ):
-        assert deviation(inside)[-50:].max() < 0.5 * kick
-        assert deviation(outside).max() > 5.0 * kick
 
 
 def test_without_an_integral_the_torque_is_the_steady_one_and_the_gain_s(

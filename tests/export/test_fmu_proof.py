@@ -15,8 +15,9 @@ from contactlib import kernel
 from contactlib.export.platforms import PLATFORMS
 
 
-@pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("name", EXPORTS)
+@pytest.mark.parametrize(
+    ("name", "version"), [*((name, 3) for name in EXPORTS), ("force_element", 2)]
+)
 def test_every_fmu_is_faultless(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:

@@ -30,8 +30,6 @@ TORQUE = (24e3, 24e3, 29e3, 29e3, 15e3, 15e3)
 
 
 SUBJECTS = [Subject(name, v) for name in ("wheelset", "wheelset-memory") for v in (2, 3)]
-# For tests against `contactlib.simulate`, which has no memory.
-PLAIN = pytest.mark.parametrize("subject", SUBJECTS[:2], ids=str, indirect=True)
 
 
 @pytest.fixture(scope="module", params=SUBJECTS, ids=str)
@@ -77,18 +75,6 @@ def stepped(fmu: Path, locomotive: cl.Model) -> Any:
     return slip_away(fmu, locomotive, "CoSimulation", TOLERANCE)
 
 
-@pytest.fixture(scope="module")
-def in_python(locomotive: cl.Model) -> cl.Result:
-    return cl.simulate(
-        locomotive.wheelset,
-        cl.TorqueControl(cl.Profile(TORQUE_TIME, TORQUE)),
-        initial_speed=10.0,
-        initial_creepage=0.0,
-        output_interval=INTERVAL,
-        tolerance=1e-11,
-    )
-
-
 def on_grid(time: FloatArray, values: FloatArray) -> FloatArray:
     """Values at the multiples of the interval, without interpolation: the last at each time."""
     grid = INTERVAL * np.arange(round(STOP / INTERVAL) + 1)
@@ -121,16 +107,6 @@ def test_braked_wheel_locks_and_stays_locked(fmu: Path, locomotive: cl.Model) ->
     assert runs[0]["speed"][-1] == pytest.approx(runs[1]["speed"][-1], rel=1e-5)
 
 
-@PLAIN
-def test_both_give_the_trajectory_of_python(
-    exchanged: Any, stepped: Any, in_python: cl.Result
-) -> None:
-    for name in ("omega", "speed"):
-        exact = on_grid(in_python.time, in_python[name])
-        assert difference(on_grid(exchanged["time"], exchanged[name]), exact) < 100.0 * TOLERANCE
-        assert difference(stepped[name], exact) < TOLERANCE
-
-
 def test_steps_of_the_fmu_follow_the_tolerance(
     fmu: Path, locomotive: cl.Model, stepped: Any
 ) -> None:
@@ -154,14 +130,6 @@ def test_truth_values_change_at_events_only(exchanged: Any) -> None:
     assert events.size == 4  # with the two jumps of the torque
     for name in ("speed_regularized", "k_hat_limited", "force_limited"):
         assert not exchanged[name].any()
-
-
-@PLAIN
-def test_first_event_is_when_python_passes_the_peak(exchanged: Any, in_python: cl.Result) -> None:
-    peak = in_python.first("peak_passed")
-    assert peak is not None
-    falling = exchanged["time"][exchanged["falling_branch"].astype(bool)]
-    assert falling[0] == pytest.approx(peak.time, abs=1e-6)
 
 
 WAVE = 0.4 * np.sin(4.0 * np.pi * np.linspace(0.0, 0.2, 1001))

@@ -128,7 +128,10 @@ def test_readme_reports_how_the_rows_of_fmpy_compare(
 
 
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
-@pytest.mark.parametrize("name", EXPORTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[] if n == "force_element" else pytest.mark.slow) for n in EXPORTS],
+)
 def test_description_names_who_made_what(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int
 ) -> None:

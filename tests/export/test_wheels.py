@@ -219,7 +219,7 @@ def test_wheels_of_other_radii_begin_without_slip(
     assert together.tool.log == []
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 @pytest.mark.parametrize("name", ["wheelset-memory", "creep_forces"])
 def test_description_is_valid_and_names_each_wheel(
     locomotive: cl.Model, tmp_path: Path, name: str, version: int

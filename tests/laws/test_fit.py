@@ -186,6 +186,7 @@ def test_slip_speed_scales_friction_creepage_and_k_hat() -> None:
         result.traction_coefficient(zeta)
 
 
+@pytest.mark.slow
 def test_polachs_reductions_are_not_distinguished_from_the_scale_of_creepage() -> None:
     law = Polach.dry()
     zeta = np.geomspace(0.0002, 0.02, 60)
@@ -264,7 +265,7 @@ def test_a_layer_explains_the_locomotives_slope(
 
 
 @pytest.mark.parametrize("k_hat", [0.0, 0.3])
-@pytest.mark.parametrize("shape", ["line", "elliptic"])
+@pytest.mark.parametrize("shape", ["line", pytest.param("elliptic", marks=pytest.mark.slow)])
 def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) -> None:
     line = LineContact.from_semi_width(
         semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3
@@ -290,7 +291,7 @@ def test_a_layer_is_recovered(wheel: EllipticContact, shape: str, k_hat: float) 
         fit(Polach, data, layer=contact)
 
 
-@pytest.mark.parametrize("k_hat", [0.0, 0.25])
+@pytest.mark.parametrize("k_hat", [0.0, pytest.param(0.25, marks=pytest.mark.slow)])
 def test_softening_temperature_is_recovered(k_hat: float) -> None:
     line = LineContact.from_semi_width(
         semi_width=6e-3, radius=0.5, contact_modulus=115.4e9, wheel_load=100e3

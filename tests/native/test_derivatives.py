@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -166,16 +167,18 @@ LAWS = [
 ]
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("memory", [False, True])
-@pytest.mark.parametrize("kind", kernel.MODEL_KINDS)
+@pytest.mark.parametrize(
+    ("kind", "memory", "law"),
+    [
+        ("wheelset_body", False, "line"),
+        ("creep_forces", False, "elliptic"),
+        *product(["force_element"], [False, True], LAWS),
+        *product(["wheelset"], [False, True], ["line", "softening elliptic", "layer cohesive"]),
+    ],
+)
 def test_tangent_is_the_derivative(
     models: dict[str, cl.Model], kind: str, memory: bool, law: str
 ) -> None:
-    if memory and kind in ("wheelset_body", "creep_forces"):
-        return
-    if law != {"wheelset_body": "line", "creep_forces": "elliptic"}.get(kind, law):
-        return
     description = Description(with_memory(models[law], memory), kind)
     unknowns = [
         v.name for v in description.of_role("output", "derivative", "indicator") if not v.boolean

@@ -332,11 +332,12 @@ def test_load_may_jump(rig: cl.Model, factor: float) -> None:
 
 
 @pytest.mark.parametrize("kind", ["force_element", "wheelset"])
+@pytest.mark.parametrize("models", [10, pytest.param(60, marks=pytest.mark.slow)])
 def test_nothing_diverges_at_any_step_or_speed(
-    rig: cl.Model, locomotive: cl.Model, kind: str
+    rig: cl.Model, locomotive: cl.Model, kind: str, models: int
 ) -> None:
     rng = np.random.default_rng(6)
-    for i in range(60):
+    for i in range(models):
         made = with_memory(rig if i % 2 else locomotive)
         radius, friction = made.wheelset.radius, made.wheelset.element.friction
         model = native(Description(made, kind), speed=0.0, omega=0.0)

@@ -8,20 +8,23 @@ from own_controller import SlipPI
 from plain_scenario import wet_patch
 
 import contactlib as cl
+from contactlib.vehicle import DynamicLoad
 
 pytest.importorskip("gymnasium")
 rl = pytest.importorskip("contactlib.rl")
 FINE = {"tolerance": 1e-7, "step": 5e-3}  # of run_scenario
 
 
+@pytest.mark.slow
 def test_a_controller_in_the_loop_gives_its_run_to_the_last_bit() -> None:
-    scenario, name = wet_patch(duration=5.0), "slope_seeking"
+    load, name = DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0)), "slope_seeking"
+    scenario = wet_patch(duration=4.0, dynamic_load=load)
     envs = rl.TractionVectorEnv(scenario, 2, **FINE)
     policy = rl.ControllerPolicy(envs, name)
     runs = [cl.run_scenario(scenario, name, index=i) for i in (2, 3)]
-    for _ in range(2):  # it begins anew with the episode
+    for steps in (50, 400):  # it begins anew with the episode
         envs.reset(seed=2)
-        for i in range(500):
+        for i in range(steps):
             *_, infos = envs.hold(policy.torque())
             for k, run in enumerate(runs):
                 for signal in ("creepage", "speed", "creep_force"):

@@ -15,11 +15,9 @@ from plain_scenario import wet_patch
 
 import contactlib as cl
 from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
-from contactlib.vehicle import DynamicLoad
 
 gymnasium = pytest.importorskip("gymnasium")
 rl = pytest.importorskip("contactlib.rl")
-FINE = {"tolerance": 1e-7, "step": 5e-3}  # of run_scenario
 
 
 def pickled(value: Any) -> Any:
@@ -93,22 +91,6 @@ def test_wheelsets_of_the_vector_form_are_single_ones_to_the_last_bit(patch: cl.
             np.testing.assert_array_equal(mine, observed[i])
             assert reward == rewards[i]
             assert info == {name: value[i] for name, value in infos.items()}
-
-
-@pytest.mark.parametrize("load", [None, DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))])
-def test_the_torques_of_a_run_give_the_run_to_the_last_bit(
-    patch: cl.Scenario, load: DynamicLoad | None
-) -> None:
-    patch = replace(patch, dynamic_load=load)
-    expected = cl.run_scenario(patch, "threshold", index=3)
-    env = rl.TractionEnv(patch, **FINE)
-    _, info = env.reset(seed=3)
-    for i, torque in enumerate(expected["commanded_torque"][:-1:2]):
-        for name in set(info) - {"commanded_torque"}:
-            assert info[name] == expected[name][2 * i], name
-        _, _, terminated, truncated, info = env.hold(torque)
-        assert info["commanded_torque"] == torque
-    assert (terminated, truncated) == (False, True)
 
 
 def test_an_observation_is_the_measurement_over_its_scales(patch: cl.Scenario) -> None:

@@ -73,6 +73,7 @@ def test_locked_wheels_do_not_stop_where_protected_ones_do() -> None:
     assert locked["locked_time"] > 50.0
 
 
+@pytest.mark.slow
 def test_a_stop_is_longer_than_on_uniform_friction() -> None:
     """On a rising grade with a map's friction: uniform friction keeps the grade, as run apart."""
     rails = cl.Track.from_breakpoints(distance=(0.0,), friction=(0.07,), unit="coefficient")

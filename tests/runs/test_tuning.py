@@ -101,7 +101,10 @@ class Share:
         return self.share * measurement.demand, None
 
 
-@pytest.mark.parametrize(("control", "name"), [(Held(), "slip"), (Share(), "share")])
+@pytest.mark.parametrize(
+    ("control", "name"),
+    [pytest.param(Held(), "slip", marks=pytest.mark.slow), (Share(), "share")],
+)
 def test_a_controller_of_your_own_is_searched_as_it_declares(
     patch: cl.Scenario, control: Any, name: str
 ) -> None:
@@ -136,7 +139,7 @@ def test_what_cannot_be_searched_reports_it(patch: cl.Scenario) -> None:
 
 
 def test_an_error_of_the_sensors_is_that_of_a_scenario_with_it(patch: cl.Scenario) -> None:
-    control = patch.controller("threshold")
+    patch, control = replace(patch, duration=4.0), patch.controller("threshold")
     errors = cl.runs.sensor_errors([patch], {"threshold": [control]}, noises=2)
     assert errors.dims == ("scenario", "controller", "error", "noise")
     biased = replace(patch, sensors=replace(patch.sensors, vehicle_speed_bias=-0.02))

@@ -14,7 +14,10 @@ from contactlib.stability.torsion import bistable_range, torsional_state
 
 @pytest.mark.parametrize(
     "vehicles",
-    [range(2), pytest.param(range(2000), marks=pytest.mark.reference)],
+    [
+        pytest.param(range(2), marks=pytest.mark.slow),
+        pytest.param(range(2000), marks=pytest.mark.reference),
+    ],
     ids=lambda vehicles: str(len(vehicles)),
 )
 def test_every_analysis_answers(locomotive: cl.Model, vehicles: range) -> None:

@@ -309,6 +309,7 @@ def without_memory(drivetrain: Drivetrain) -> Drivetrain:
     return replace(drivetrain, wheelset=replace(body, element=replace(body.element, memory=False)))
 
 
+@pytest.mark.slow
 def test_bistable_up_to_both_ends_where_friction_falls_with_slip_speed(
     table: cl.CreepForceTable,
 ) -> None:
