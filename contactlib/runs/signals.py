@@ -228,9 +228,10 @@ class Block:
             return np.asarray(self._inputs[name.replace("_scale", "")])
         if name in ("commanded_torque", "grade"):
             return np.asarray(self._inputs[name])
-        for records in (self._outputs, self._states):  # an output is that of motor and brake
-            if name in records.dtype.names:
-                return np.asarray(records[name])
+        if name in (kernel.drivetrain_dtype("output").names or ()):
+            return np.asarray(self._outputs[name])  # the torque is that of motor and brake
+        if name in self._states.dtype.names:
+            return np.asarray(self._states[name])
         return self._of_contact(name)
 
     def _of_contact(self, name: str) -> FloatArray:
