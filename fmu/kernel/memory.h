@@ -131,6 +131,16 @@ ALWAYS_INLINE double force_scale(const force_element_parameters *p, double load,
     return smaller(held, 1e3 * weight) + p->kinetic_friction * weight;
 }
 
+/* Part of kinetic friction by which the unslipped part changes the force: F - Q is hardly more. */
+static const double PULL_OF_UNSLIPPED = 0.1;
+
+/* Tolerance below which the method of fifth order is faster, also where nothing changes fast. */
+ALWAYS_INLINE double fine_tolerance(int remembering) { return remembering ? 3e-6 : 3e-7; }
+
+/* Part of that method's estimate, the error of the embedded solution of fourth order, which the
+ * solution that is kept has at the kinks of the memory; where all is smooth it has much less. */
+ALWAYS_INLINE double kept_error(int remembering) { return remembering ? 0.2 : 1.0; }
+
 /* What the flow depends on, and its changes by each. */
 enum {
     BY_X,

@@ -78,10 +78,12 @@ static const char *advance_evenly(const equations *problem, integration *run, do
 static const char *advance(const equations *problem, integration *run, double step,
                            double *tolerance, double *substep, double limit) {
     double held = *tolerance, last = INFINITY;
+    equations rough = *problem;
+    rough.fine = fine_tolerance(0);
     limit = ceil(limit);
     run->left[0] = step;
     run->h[0] = *substep > 0.0 ? *substep : step;
-    run->count[0] = 0.0;
+    run->count[0] = run->first[0] = 0.0;
     while (run->left[0] > 0.0) {
         if (run->count[0] >= MAX_SUBSTEPS) {
             *substep = step - run->left[0];
@@ -94,10 +96,10 @@ static const char *advance(const equations *problem, integration *run, double st
         }
         last = run->left[0];
         held = held_tolerance(*tolerance, run->count[0]);
-        rosenbrock_substep(problem, run, held);
+        rosenbrock_substep(run->count[0] < SMOOTH_SUBSTEPS ? problem : &rough, run, held);
     }
     *tolerance = held;
-    *substep = run->h[0];
+    *substep = run->first[0];
     return NULL;
 }
 

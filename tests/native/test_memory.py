@@ -363,6 +363,23 @@ def test_nothing_diverges_at_any_step_or_speed(
             assert np.isfinite(model.get("omega", "speed", "creep_force")).all()
 
 
+@pytest.mark.parametrize("torque", [5.0e3, 1.0e4])
+def test_the_error_under_a_torque_that_jumps_is_a_thousandth_of_the_tolerance(
+    rig: cl.Model, torque: float
+) -> None:
+    made = with_memory(rig)
+    friction = made.wheelset.element.friction.kinetic * made.wheelset.element.axle_load
+    forces = []
+    for tolerance in (1e-6, 1e-10):
+        model = native(Description(made, "wheelset"))
+        for i in range(300):  # the start is forgotten
+            model.set(drive_torque=torque * (1.0 + 0.02 * (-1.0) ** i))
+            model.advance(1e-3, tolerance)
+        model.evaluate()
+        forces.append(model.get("creep_force")[0])
+    assert forces[0] == pytest.approx(forces[1], abs=1e-3 * 1e-6 * friction)
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_parameters_of_memory_do_nothing_without_it(
     elements: dict[str, cl.ForceElement], law: str
