@@ -372,6 +372,7 @@ class Bare(Mine):
 """
 
 
+@pytest.mark.slow
 def test_tune_takes_a_controller_of_the_user_s_own(short: Path) -> None:
     (short / "mine.py").write_text(OWN)
     given = ("--trials", "60", "-o", "out", "--format", "svg", "--controller")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -39,8 +40,12 @@ PATTERNS = {  # and what to write
 
 def files() -> list[Path]:
     """All files of the project, without those that tools generate."""
-    pages = [*ROOT.glob("*.md"), *(p for name in FOLDERS for p in (ROOT / name).rglob("*"))]
-    return [p for p in pages if not {"node_modules", "__pycache__"}.intersection(p.parts)]
+    pages = [*ROOT.glob("*.md")]
+    for name in FOLDERS:
+        for folder, below, names in os.walk(ROOT / name):
+            below[:] = [one for one in below if one not in ("node_modules", "__pycache__")]
+            pages += [Path(folder) / one for one in (*below, *names)]
+    return pages
 
 
 def test_plain_words() -> None:

@@ -240,6 +240,7 @@ def test_wheels_swing_with_the_amplitude_of_the_describing_function(
     assert cycle.axle_torque == pytest.approx(axle.stiffness * twist)
 
 
+@pytest.mark.slow
 def test_two_states_coexist_at_two_to_three_times_the_peak(held: cl.Wheelset) -> None:
     drivetrain = on_axle(held)
     creepages = torsion.bistable_range(drivetrain, speed=SPEED)
@@ -352,6 +353,7 @@ def test_what_cannot_vibrate_is_refused(locomotive: cl.Model) -> None:
         torsion.effective_slope(body, body.balanced(creepage=0.03, speed=SPEED), -0.1)
 
 
+@pytest.mark.slow
 def test_the_range_is_of_steady_rolling_and_warns_of_memory(locomotive: cl.Model) -> None:
     body = replace(locomotive.wheelset, mass=None)
     drivetrain = on_axle(replace(body, element=replace(body.element, memory=True)))
