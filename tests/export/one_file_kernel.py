@@ -67,7 +67,8 @@ class Library:
 
     def _part(self, name: str) -> Any:
         element = self.element
-        parts = (element.contact, element.input, element.output, element)
+        states = element.input.memory, element.input.lateral
+        parts = (element.contact, element.input, *states, element.output, element)
         return next(part for part in parts if hasattr(part, name))
 
     def set(self, **values: float) -> None:
