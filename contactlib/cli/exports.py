@@ -317,8 +317,8 @@ def explore(model: str | None, shown: bool, output: Path) -> None:
 
 
 @click.command()
-@click.argument("files", nargs=-1, type=click.Path(path_type=Path))
-def conditions(files: tuple[Path, ...]) -> None:
+@click.argument("files", nargs=-1)
+def conditions(files: tuple[str, ...]) -> None:
     """List the rails that `condition` in a model or scenario file can name, or those of FILES.
 
     Each is a published parameter set. Below its name are the keys that it gives, the source with
@@ -326,17 +326,27 @@ def conditions(files: tuple[Path, ...]) -> None:
     traction coefficient from the source.
     """
     from contactlib.files.rail_conditions import condition_names, load_condition
+    from contactlib.files.sections import VEHICLE_SECTIONS
 
     for key in files or condition_names():
         rail = load_condition(key)
-        values = {**rail.friction, **rail.wheelset}
         print_line(f"{rail.key}: {rail.name}")
-        print_line(f"  {', '.join(f'{name} = {value:g}' for name, value in values.items())}")
+        values = [
+            f"{name} = {value:g} {getattr(VEHICLE_SECTIONS[section][name].quantity, 'unit', '')}"
+            for section in ("friction", "wheelset")
+            for name, value in getattr(rail, section).items()
+        ]
+        print_line(f"  {', '.join(value.removesuffix(' 1') for value in values)}")
+        missing = [key for key in ("static", "kinetic") if key not in rail.friction]
+        if not {"k_hat", "weakening_length"} & {*rail.friction}:
+            missing.append("k_hat or weakening_length")
+        if missing:
+            print_line(f"  to be given beside it in a model: {', '.join(missing)}")
         if rail.law:
             reductions = ", ".join(f"{name} = {value:g}" for name, value in rail.law.items())
             print_line(f"  with law.kind = 'polach': {reductions} in place of the layer")
         print_line(f"  source: {rail.source}")
-        print_line(f"  {rail.table}")
+        print_line(f"  numbers in: {rail.table}")
         print_line(f"  read in: {rail.read_in}")
         print_line(f"  vehicle: {rail.vehicle}; speed: {rail.speed}")
         print_line(f"  fitted: {rail.fitted}")

@@ -37,6 +37,7 @@ from contactlib.files.reading import (
     title,
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Law, contact_of, friction_of, law_table
+from contactlib.laws.formula import formula_laws
 from contactlib.laws.traction_data import TractionData
 from contactlib.vehicle.track import RAILS
 
@@ -210,7 +211,8 @@ def load_condition(name: str | os.PathLike[str] | Mapping[str, Any]) -> RailCond
     if isinstance(name, os.PathLike) or name.endswith(".toml"):
         path = Path(name)
         with in_file(path.name):
-            return _condition_of({**parse(path), "key": path.name})
+            contents = parse(path)
+        return _condition_of({**contents, "key": path.name})
     return _shipped_condition(name)
 
 
@@ -221,9 +223,9 @@ def _shipped_condition(name: str) -> RailCondition:
             f"condition = {name!r} is not known; {known_names(name, condition_names())}; or the "
             "name of a file of your own, such as 'my_rails.toml'"
         )
-    path = package_folder("models") / "conditions" / f"{name}.toml"
-    with in_file(path.name):
-        return _condition_of({**parse(path), "key": name})
+    return _condition_of(
+        {**parse(package_folder("models") / "conditions" / f"{name}.toml"), "key": name}
+    )
 
 
 def _condition_of(contents: Mapping[str, Any]) -> RailCondition:
@@ -236,12 +238,18 @@ def _condition_of(contents: Mapping[str, Any]) -> RailCondition:
             [*TEXTS, *GIVEN, "contact", "compared"],
             ["name", "source", "friction", *(["contact"] if "compared" in data else [])],
         )
-        sections: dict[str, Any] = {
-            section: ReadOnly(
-                read_section(section, VEHICLE_SECTIONS[section], data.get(section, {}), whole=False)
+        sections: dict[str, Any] = {}
+        for section in (*GIVEN, "contact"):
+            keys = {
+                key: one for key, one in VEHICLE_SECTIONS[section].items() if key != "condition"
+            }
+            given = read_section(section, keys, data.get(section, {}), whole=False)
+            sections[section] = ReadOnly(given)
+        static, kinetic = (sections["friction"].get(key, 0.0) for key in ("static", "kinetic"))
+        if 0.0 < static < kinetic:
+            raise ValueError(
+                f"friction.static = {static!r} is out of range: must be >= kinetic = {kinetic!r}"
             )
-            for section in (*GIVEN, "contact")
-        }
         texts: dict[str, Any] = {key: title(key, data.get(key, "not stated")) for key in TEXTS}
         comparison = None
         if "compared" in data:
@@ -277,7 +285,13 @@ def with_condition(data: Mapping[str, Any]) -> Mapping[str, Any]:
     body = data.get("wheelset", {})
     if not isinstance(body, Mapping) or not body:
         return filled  # reading the section reports that
-    return {**filled, "wheelset": _filled(condition.wheelset, body)}
+    wheelset = _filled(condition.wheelset, body)
+    if kind in formula_laws() and wheelset.get("layer_compliance", 0.0) > 0.0:
+        raise ValueError(
+            f"friction.condition = {condition.key!r} gives a layer_compliance, which law.kind = "
+            f"{kind!r} does not have: give wheelset.slope_reduction beside it"
+        )
+    return {**filled, "wheelset": wheelset}
 
 
 def condition_of(given: Any) -> RailCondition:
@@ -360,6 +374,12 @@ def factors_of_conditions(track: Mapping[str, Any], element: ForceElement) -> di
     with named("track"):
         known = {str(one): condition_of(one) for one in track["condition"]}
         conditions = [known[str(one)] for one in track["condition"]]
+        for condition in conditions:
+            if "kinetic" not in condition.friction:
+                raise ValueError(
+                    f"condition = {condition.key!r} does not give friction.kinetic, from which a "
+                    "track's factor on friction follows"
+                )
         slopes = {c.key: slope_factor(c, element) for c in conditions}
     for condition in conditions:
         if left := left_out(condition, element):
@@ -390,7 +410,11 @@ def slope_factor(condition: RailCondition, element: ForceElement) -> float:
         changed: ForceElement = replace(element, **slope)
         return changed.steepest_gradient(SPEED) / own
     if law != POLACH or not condition.law:
-        lacks = "a measured curve is that of its own rail"
+        lacks = (
+            f"it has no parameters of {law!r}"
+            if law in {one.__name__ for one in formula_laws().values()}
+            else "a measured curve is that of its own rail"
+        )
         if law == POLACH:
             lacks = "its source gives no adhesion_reduction and slip_reduction"
         raise ValueError(f"condition = {condition.key!r} needs another law.kind: {lacks}")

@@ -281,4 +281,9 @@ def law_table(
     if shape not in law.contacts:
         of, needs = ("an ellipse", ELLIPSE) if shape == "line" else ("a line contact", LINE)
         raise ValueError(f"kind = {kind!r} is the law of {of}: [contact] needs {needs}")
-    return CreepForceTable.from_law(law(**arguments(law, given)))
+    chosen = law(**arguments(law, given))
+    try:
+        return CreepForceTable.from_law(chosen)
+    except ValueError as error:
+        values = ", ".join(f"{key} = {getattr(chosen, key):g}" for key in declared(law))
+        raise ValueError(f"kind = {kind!r} with {values} has no accurate table: {error}") from error

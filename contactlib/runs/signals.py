@@ -237,6 +237,8 @@ class Block:
     def _of_contact(self, name: str) -> FloatArray:
         """Signal of the contacts of one wheel, or of both."""
         both, _, side = name.rpartition("_")
+        if not {name, both} & {*of_contacts()}:
+            raise KeyError(f"signal {name!r}: Block has no method _{name}, and no record has it")
         if side in SIDES:
             values = np.asarray(self._contacts[both][..., SIDES.index(side)])
             return 0.5 * values if of_contacts()[both].unit in OF_FORCES else values

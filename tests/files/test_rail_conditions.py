@@ -314,9 +314,36 @@ def test_a_file_of_your_own_is_a_condition_like_the_shipped_ones(tmp_path: Path)
 
     with pytest.raises(ValueError, match=r"condition none\.toml: no such file"):
         model(tmp_path, 'condition = "none.toml"')
-    (tmp_path / "bad.toml").write_text(OWN.replace("0.28", "-1.0"))
-    with pytest.raises(ValueError, match=r"bad\.toml: friction\.static = -1\.0"):
+
+
+@pytest.mark.parametrize(
+    ("given", "other", "message"),
+    [
+        ("0.28", "-1.0", r"friction\.static = -1\.0"),
+        ("0.28", "0.1", r"friction\.static = 0\.1 is out of range: must be >= kinetic = 0\.25"),
+        ("k_hat = 0.0", 'condition = "wet"', r"friction\.condition is not a known key"),
+        ("static", "statik", r"friction\.statik is not a known key; did you mean 'static'\?"),
+    ],
+)
+def test_a_mistake_in_such_a_file_is_named_once(
+    given: str, other: str, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "bad.toml").write_text(OWN.replace(given, other))
+    with pytest.raises(ValueError, match=rf"bad\.toml: {message}"):
         model(tmp_path, 'condition = "bad.toml"')
+    with pytest.raises(ValueError, match=rf"^bad\.toml: {message}"):
+        load_condition(tmp_path / "bad.toml")
+
+
+def test_what_such_a_file_lacks_is_given_beside_it_or_refused(tmp_path: Path) -> None:
+    (tmp_path / "half.toml").write_text(OWN.replace("kinetic = 0.25\nk_hat = 0.0\n", ""))
+    listed = done("conditions", str(tmp_path / "half.toml")).output
+    assert "to be given beside it in a model: kinetic, k_hat or weakening_length" in listed
+    beside = 'condition = "half.toml"\nkinetic = 0.25\nk_hat = 0.0'
+    assert model(tmp_path, beside).wheelset.element.friction.static == 0.28
+    along = 'condition = ["dry", "half.toml", "half.toml", "dry"]\n'
+    with pytest.raises(cl.ModelError, match=r"'half\.toml' does not give friction\.kinetic"):
+        scenario(tmp_path, PATCH + along)
 
 
 def test_the_command_lists_all_of_them() -> None:

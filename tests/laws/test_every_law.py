@@ -11,8 +11,9 @@ import pytest
 
 from contactlib import CarterGriffith, CohesiveZone, MeasuredCurve, Polach
 from contactlib.base.writing import package_folder
+from contactlib.laws.formula import FormulaLaw, formula_laws
 
-Law = CarterGriffith | CohesiveZone | MeasuredCurve | Polach
+Law = CarterGriffith | CohesiveZone | MeasuredCurve | FormulaLaw
 RATIO = 0.33 / 0.21
 K_HATS = [0.0, 1e-6, 1e-3, 0.03, 0.1, 0.3, 0.5, 1.0, 2.0]
 # (k_hat, static_to_kinetic): zones much shorter and much longer than the contact
@@ -61,7 +62,10 @@ CURVES = {
         1e-7,
     ),
     "Polach, dry": Curve(Polach.dry, 1e-4, 0.0, 1e-9, 1e-10),
-    "Polach, wet": Curve(Polach.wet, 1e-4, 0.0, 1e-9, 1e-10),
+    **{
+        f"{kind}, example": Curve(partial(law, **law.example), 1e-4, 0.0, 1e-9, 1e-10)
+        for kind, law in formula_laws().items()
+    },
     "measured": Curve(
         partial(MeasuredCurve.from_csv, package_folder("models") / "eurosprinter_engel1998.csv"),
         1e-5,
@@ -94,7 +98,7 @@ def test_odd_and_shape_preserving(name: str) -> None:
 def test_slope_is_the_derivative(name: str) -> None:
     curve, law = CURVES[name], law_of(name)
     initial = float(law.slope(0.0))
-    if not isinstance(law, MeasuredCurve | Polach):  # the elastic one, whatever weakens
+    if not isinstance(law, MeasuredCurve | FormulaLaw):  # the elastic one, whatever weakens
         assert initial == pytest.approx(2.0 if law.contact == "line" else 0.75 * np.pi, rel=1e-15)
     assert law.traction_ratio(1e-12) / 1e-12 == pytest.approx(initial, rel=curve.secant)
     corner = law.sliding_creepage if isinstance(law, CohesiveZone) and law.k_hat > 0.1 else 1.0
