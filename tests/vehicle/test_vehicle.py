@@ -54,11 +54,11 @@ def test_loads_balance_forces_and_moments_of_all_bodies(given: dict[str, Any]) -
     n = int(v.axles_per_bogie)
     if n == 1:
         return
-    own = v.bogie_mass + n * v.wheelset_mass
-    pull = force[:, :n].sum(axis=1) - own * a
+    mass = v.bogie_mass + n * v.wheelset_mass
+    pull = force[:, :n].sum(axis=1) - mass * a
     arm = np.mean(v.position[:n]) - np.array(v.position[:n])
     lifts = v.bogie_mass * v.bogie_height + n * v.wheelset_mass * RADIUS
-    assert_allclose(load[:, :n] @ arm + pull * v.pivot_height + lifts * a, 0.0, atol=1e-8 * own)
+    assert_allclose(load[:, :n] @ arm + pull * v.pivot_height + lifts * a, 0.0, atol=1e-8 * mass)
 
 
 @pytest.mark.parametrize("given", [FOUR, TWO], ids=["of its bogie", "of the body"])
