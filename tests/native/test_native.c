@@ -518,7 +518,7 @@ static void test_run(const creep_table *table, const force_element_parameters *c
             .interval = 0.1,
             .tolerance = 1e-8,
             .scale = {.speed = 0.1,
-                      .memory = 1.0,
+                      .integral_torque = 1.0,
                       .distance = 1.0,
                       .drive_work = 1e3,
                       .creep_work = 1e3,
