@@ -183,6 +183,7 @@ def simulate(
     q, rates, driven = (np.array(part) for part in zip(*rows, strict=True))
     motion = locomotive.motion(q, rates)
     given = dict(zip(INPUTS, inputs(locomotive.wheel, motion), strict=True))
+    given["axle_load"] = given.pop("normal_load")  # the name that Python has for the FMU's
     at_rows = locomotive.wheel.evaluate(**given)
     forces = np.stack([at_rows[name] for name in OUTPUTS])
     time = np.arange(steps + 1, dtype=np.float64) * step
