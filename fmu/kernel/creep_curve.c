@@ -415,6 +415,7 @@ size_t creep_curve_turns(const creep_table *table, const force_element_parameter
 
 static size_t steady_of(const curve *c, double torque, double side, size_t room,
                         creep_point *points) {
+    if (isnan(torque)) return 0; /* no creepage balances it; as a level it would mean the turns */
     search s = {.c = c, .turned = NULL, .level = torque, .room = room, .points = points};
     walk(&s, side);
     if (!s.full && s.last.torque == torque) keep(&s, s.last);
