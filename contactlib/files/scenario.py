@@ -215,7 +215,7 @@ class Scenario(Parameters):
     controllers : mapping
         Controllers, or designs of them, by name in the order of the file. A continuous one applies
         its torque to the wheels directly and uses their true state, so it needs a scenario without
-        axle, motor, brake, track and wheel load, and with a constant held speed.
+        axle, motor, brake, track and dynamic load, and with a constant held speed.
     speed_unit : str
         Unit in which the file gives the speed at the start, "m/s" or "km/h", and figures show all.
 

@@ -247,7 +247,7 @@ def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
     """Longest time between rows if none is given [s].
 
     It is `longest`, or less: a twentieth of the period of an elastic axle's swing, a tenth of the
-    shortest period in the wheel load.
+    shortest period in the dynamic load.
     """
     load, axle = scenario.dynamic_load, scenario.drivetrain.axle
     if load is not None and load.highest_frequency > 0.0:
@@ -328,11 +328,11 @@ class Plant:
     ----------
     scenario : Scenario or sequence of Scenario
         One wheelset, or n that are stepped side by side. The sensors of all have the same delay;
-        all have a wheel load or none has.
+        all have a dynamic load or none has.
     sample_time : float, optional
         Time from one sample to the next [s]. Default: 10 ms.
     step : float, optional
-        Longest time between rows, over which friction and wheel load are held [s]; rounded down to
+        Longest time between rows, over which friction and loads are held [s]; rounded down to
         a whole fraction of the sample time. Default: as for `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].

@@ -91,9 +91,9 @@ def run_scenario(
     index : int, optional
         Index of the run among many; the sensors' noise is drawn from their seed and this index.
     step : float, optional
-        Time between rows, over which friction and wheel load are held [s]; rounded down to a whole
+        Time between rows, over which friction and loads are held [s]; rounded down to a whole
         fraction of the sample time. Default: 5 ms, or less: a twentieth of the axle's vibration
-        period, a tenth of the shortest period of the wheel load. For a continuous controller: the
+        period, a tenth of the shortest period of the dynamic load. For a continuous controller: the
         output interval of `simulate`.
     signals : collection of str, optional
         More signals of the result, such as ``["k_hat", "contact_temperature_left"]``: those of
@@ -332,7 +332,7 @@ def run_many(
     step : float or sequence of float, optional
         Longest time between rows [s], of all runs or of each; rounded down to a whole fraction of
         the sample time. Default: 10 ms, or less: a twentieth of the axle's vibration period, a
-        tenth of the shortest period of the wheel load. A metric that depends on it can only be
+        tenth of the shortest period of the dynamic load. A metric that depends on it can only be
         compared between controllers of different sample times if they get a step that is a fraction
         of both.
     tolerance : float, optional

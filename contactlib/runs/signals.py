@@ -62,7 +62,7 @@ SIGNALS = {  # of sampled runs, in this order; `Block` computes those that the k
     "friction_scale_right": Signal("1", "factor on friction, right wheel"),
     "slope_scale": Signal("1", "factor on the initial slope of the creep force"),
     "grade": Signal("1", "rise of the track over distance, beside the vehicle's own"),
-    "axle_load": Signal("N", "axle load"),
+    "axle_load": Signal("N", "load of both wheels together"),
     "falling_branch": Signal("1", "1 where the creep force falls with creepage, else 0"),
     "distance": Signal("m", "distance travelled"),
     "drive_work": Signal("J", "work of the drive"),

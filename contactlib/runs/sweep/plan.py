@@ -65,9 +65,9 @@ class Plan:
         default: common on a grid.
     step : float or None
         Longest time between rows [s]. Default: 10 ms, or less: a twentieth of the axle's vibration
-        period, a tenth of the shortest period of the wheel load. It is shortened to a fraction that
-        the sample times of all controllers have in common, so that the rows of all are equally far
-        apart.
+        period, a tenth of the shortest period of the dynamic load. It is shortened to a fraction
+        that the sample times of all controllers have in common, so that the rows of all are equally
+        far apart.
     tolerance : float
         Relative error of each of the integrator's substeps [1].
     table_axes : tuple of int
