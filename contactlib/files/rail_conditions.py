@@ -38,6 +38,7 @@ from contactlib.files.reading import (
 )
 from contactlib.files.sections import VEHICLE_SECTIONS, Law, contact_of, friction_of, law_table
 from contactlib.laws.formula import formula_laws
+from contactlib.laws.friction import Friction
 from contactlib.laws.traction_data import TractionData
 from contactlib.vehicle.track import RAILS
 
@@ -245,11 +246,10 @@ def _condition_of(contents: Mapping[str, Any]) -> RailCondition:
             }
             given = read_section(section, keys, data.get(section, {}), whole=False)
             sections[section] = ReadOnly(given)
-        static, kinetic = (sections["friction"].get(key, 0.0) for key in ("static", "kinetic"))
-        if 0.0 < static < kinetic:
-            raise ValueError(
-                f"friction.static = {static!r} is out of range: must be >= kinetic = {kinetic!r}"
-            )
+        both = {key: sections["friction"].get(key) for key in ("static", "kinetic")}
+        if None not in both.values():
+            with named("friction"):
+                Friction(**both, weakening_length=0.0)  # checks one against the other
         texts: dict[str, Any] = {key: title(key, data.get(key, "not stated")) for key in TEXTS}
         comparison = None
         if "compared" in data:

@@ -125,6 +125,7 @@ def of_contacts() -> Mapping[str, Signal]:
     }
 
 
+@cache
 def _outputs_of_contacts() -> list[kernel.Variable]:
     known = {*SIGNALS, *ABSENT}
     fields = {*(kernel.struct_dtype("force_element_output").names or ())} - known
