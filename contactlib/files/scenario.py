@@ -188,7 +188,7 @@ class Scenario(Parameters):
     drivetrain : Drivetrain
         Wheelset, axle, motor and brake; those of each axle of a vehicle.
     vehicle : Vehicle or None
-        Axles of a vehicle, which `run_vehicle` runs; None for a single wheelset. The mass of each
+        Vehicle with one or more such axles; None for a wheelset by itself. The mass of each
         wheelset is its share of the vehicle's.
     track : Track
         Friction, slope, grade and speed limit over distance, and friction over time.
@@ -292,6 +292,23 @@ class Scenario(Parameters):
                 "dynamic_load is for one wheelset: a vehicle's loads follow from its forces; leave "
                 "out [dynamic_load] or [vehicle]"
             )
+
+    @property
+    def axles(self) -> int:
+        """Number of axles, which share their speed."""
+        return len(self.position)
+
+    @property
+    def position(self) -> Values:
+        """Distance of each axle behind the first one [m]."""
+        return (0.0,) if self.vehicle is None else self.vehicle.position
+
+    @property
+    def static_load(self) -> float:
+        """Load of an axle at rest, in a vehicle the mean of all [N]."""
+        if self.vehicle is None:
+            return self.drivetrain.wheelset.element.axle_load
+        return self.vehicle.own_mass * STANDARD_GRAVITY / self.axles
 
     @cached_property
     def rails(self) -> Track:
@@ -612,7 +629,8 @@ def _check_plausible_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:
     free = not (resistance.constant or resistance.linear or resistance.quadratic)
     nominal, share = wheelset.element.contact.wheel_load, vehicle.mass / vehicle.axles
     load = vehicle.own_mass * STANDARD_GRAVITY / vehicle.axles / wheels
-    mass, gap = wheelset.mass or share, min(b - a for a, b in pairwise(vehicle.position))
+    gaps = (b - a for a, b in pairwise(vehicle.position))
+    mass, gap = wheelset.mass or share, min(gaps, default=math.inf)
     for key, fits, sentence in (
         ("wheels", wheels == 2, f"wheelset.wheels = {wheels:g}: each axle of a vehicle has 2"),
         (

@@ -40,9 +40,10 @@ class Vehicle(Parameters):
     Parameters
     ----------
     position : tuple of float
-        Distance of each axle behind the first one, from zero on [m]; 2 to 8 axles.
+        Distance of each axle behind the first one, from zero on [m]; 1 to 8 axles.
     axles_per_bogie : float, optional
-        Number of axles of each bogie. Its pivot is in the middle of them. Default: 2.
+        Number of axles of each bogie, whose pivot is in the middle of them; a single axle has a
+        bogie of its own. Default: 2.
     body_mass : float
         Mass of the body [kg].
     bogie_mass : float
@@ -88,7 +89,8 @@ class Vehicle(Parameters):
     coupler's force, of its own inertia and of the vehicle's resistance about the pivots' height.
     Vehicle and train share the resistance, sum Q - m a, in proportion to their masses; the
     vehicle's acts at the height of the body's centre of mass. On a grade, a contains the weight's
-    part along the track.
+    part along the track. A vehicle of one axle has nothing that carries a moment: the load is its
+    weight.
 
     Examples
     --------
@@ -118,14 +120,14 @@ class Vehicle(Parameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         n = self.axles
-        if not 2 <= n <= MAX_AXLES:
-            raise ValueError(f"position has {n} entries: a vehicle has 2 to {MAX_AXLES} axles")
+        if not 1 <= n <= MAX_AXLES:
+            raise ValueError(f"position has {n} entries: a vehicle has 1 to {MAX_AXLES} axles")
         if self.position[0] != 0.0 or (np.diff(self.position) <= 0.0).any():
             raise ValueError(
                 f"position = {self.position!r} must start with 0 and be strictly increasing: it is "
                 "the distance of each axle behind the first one"
             )
-        if n % self.axles_per_bogie or n == self.axles_per_bogie:
+        if n > 1 and (n % self.axles_per_bogie or n == self.axles_per_bogie):
             raise ValueError(
                 f"axles_per_bogie = {self.axles_per_bogie:g} must give two or more bogies of "
                 f"{n} axles"
@@ -143,7 +145,7 @@ class Vehicle(Parameters):
     @property
     def own_mass(self) -> float:
         """Mass of the vehicle without its train [kg]."""
-        bogies = self.axles / self.axles_per_bogie
+        bogies = len(self._places[1])
         return self.body_mass + bogies * self.bogie_mass + self.axles * self.wheelset_mass
 
     @property
@@ -157,7 +159,7 @@ class Vehicle(Parameters):
 
         They are positive in front of the middle.
         """
-        at = -np.reshape(self.position, (-1, int(self.axles_per_bogie)))
+        at = -np.reshape(self.position, (-1, int(min(self.axles_per_bogie, self.axles))))
         middle = at.mean(axis=1)
         return at - middle[:, np.newaxis], middle - middle.mean()
 
@@ -229,9 +231,10 @@ class Vehicle(Parameters):
         body[-1] += self.body_mass * (self.body_height - self.pivot_height)
         bogie = pull * self.pivot_height
         bogie[:, -1] += self.bogie_mass * self.bogie_height + wheelsets * radius
-        squares = np.maximum((places**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
+        tiny = np.finfo(float).tiny
+        squares = np.maximum((places**2).sum(axis=1, keepdims=True), tiny)
         arm = (places / squares)[..., np.newaxis]
-        lever = pivots / (pivots @ pivots)
+        lever = pivots / max(pivots @ pivots, tiny)
         by_turning = arm.reshape(-1, 1) * np.kron(np.eye(bogies), np.ones((axles, axles)))
         if axles == 1:  # such a bogie carries no moment: it hands its own to the body
             body += bogie.sum(axis=0)

@@ -82,6 +82,16 @@ def test_without_a_train_nothing_pulls_at_the_coupler() -> None:
     assert_allclose(first, second, rtol=1e-14)
 
 
+@pytest.mark.parametrize("per_bogie", [1, 2])
+def test_a_single_axle_carries_the_weight(per_bogie: int) -> None:
+    """Whatever force and spin it has, as nothing is there to carry a moment."""
+    v = Vehicle(**(FOUR | {"position": (0.0,), "axles_per_bogie": per_bogie}))
+    weight = (53.6e3 + 13e3 + 2.6e3) * STANDARD_GRAVITY
+    load = v.loads([4e4], acceleration=0.7, radius=RADIUS, omega_rate=[30.0])
+    assert_allclose(load, [weight], rtol=1e-14)
+    assert v.own_mass * STANDARD_GRAVITY == pytest.approx(weight, rel=1e-14)
+
+
 def test_an_axle_cannot_pull_on_the_rail() -> None:
     v = Vehicle(**FOUR)
     assert v.loads([9e5, 9e5, 9e5, 9e5], acceleration=0.0, radius=RADIUS).min() == 0.0
@@ -90,7 +100,7 @@ def test_an_axle_cannot_pull_on_the_rail() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"position": (0.0,)}, "position has 1 entries: a vehicle has 2 to 8 axles"),
+        ({"position": ()}, "position has 0 entries: a vehicle has 1 to 8 axles"),
         ({"position": (0.0, 3.0, 2.0, 5.0)}, "must start with 0 and be strictly increasing"),
         ({"axles_per_bogie": 3}, "axles_per_bogie = 3 must give two or more bogies of 4 axles"),
         ({"driven": (1, 5)}, r"driven = \[1, 5\] must be numbers from 1 to 4"),
