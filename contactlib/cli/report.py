@@ -23,10 +23,9 @@ from contactlib.runs.outcomes import (
     Metrics,
     comparison_table,
     metrics,
-    vehicle_metrics,
     write_comparison,
 )
-from contactlib.runs.scenario_runs import run_scenario, run_vehicle
+from contactlib.runs.scenario_runs import run_scenario
 from contactlib.runs.tuning import OBJECTIVE, Tuning, check_distinct, searched, sensor_errors, tune
 from contactlib.stability import (
     controllability,
@@ -41,7 +40,7 @@ from contactlib.vehicle.continuous_control import ContinuousController
 if TYPE_CHECKING:
     import xarray as xr
 
-    from contactlib.runs.vehicle_runs import VehicleResult
+    from contactlib.runs.result import Result
     from contactlib.vehicle.drivetrain import Drivetrain
 
 
@@ -89,7 +88,7 @@ def write_report(
     Returns
     -------
     dict
-        `Metrics` by name, or `VehicleMetrics` of a vehicle.
+        `Metrics` by name.
 
     Raises
     ------
@@ -99,29 +98,26 @@ def write_report(
     output, drivetrain = Path(folder), scenario.drivetrain
     for line in outlook(scenario):
         reporter.line(line)
-    results: dict[str, Any] = {}
-    all_metrics: dict[str, Any] = {}
+    results: dict[str, Result] = {}
+    all_metrics: dict[str, Metrics] = {}
     by_axle: dict[str, dict[str, Metrics]] = {}
     for name in names:
         with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
-            run = run_scenario if scenario.vehicle is None else run_vehicle
-            results[name] = run(scenario, name, signals=signals, progress=progress)
-        for event in results[name].events if scenario.vehicle is None else ():
+            results[name] = run_scenario(scenario, name, signals=signals, progress=progress)
+        for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
-        if scenario.vehicle is None:
-            all_metrics[name] = metrics(results[name], drivetrain)
-            continue
-        by_axle[name] = _by_axle(results[name], drivetrain)
-        all_metrics[name] = vehicle_metrics(results[name], drivetrain)
+        all_metrics[name], uniform = metrics(results[name], drivetrain), None
         if not math.isnan(all_metrics[name].stopping_distance):
             with reporter.step(f"{scenario.name}: the same on uniform friction") as progress:
-                uniform = run_vehicle(scenario.on_uniform_friction, name, progress=progress)
-            all_metrics[name] = vehicle_metrics(results[name], drivetrain, uniform=uniform)
+                uniform = run_scenario(scenario.on_uniform_friction, name, progress=progress)
+            all_metrics[name] = metrics(results[name], drivetrain, uniform=uniform)
+        if scenario.axles > 1:
+            by_axle[name] = _by_axle(results[name], uniform, drivetrain)
     reporter.line(comparison_table(all_metrics, within=f"{scenario.duration:g} s"))
-    for name in by_axle:
+    for name in names:
         error = all_metrics[name].speed_error
         for line in warning_of_speed(scenario, name, results[name], error):
             reporter.line(line)
@@ -143,12 +139,11 @@ def write_report(
     return all_metrics
 
 
-def warning_of_speed(
-    scenario: Scenario, name: str, result: VehicleResult, error: float
-) -> list[str]:
+def warning_of_speed(scenario: Scenario, name: str, result: Result, error: float) -> list[str]:
     """Line on a run whose controllers get a speed that errs too much [m/s]; none for others."""
     highest = float(np.abs(result["speed"]).max())
-    if isinstance(scenario.any_controller(name), OpenLoop) or error <= MAX_SPEED_ERROR * highest:
+    opens = isinstance(scenario.any_controller(name), OpenLoop)
+    if opens or highest == 0.0 or error <= MAX_SPEED_ERROR * highest:
         return []
     return [
         f"{name}: the speed that its controllers get is off by up to {error:.3g} m/s, "
@@ -157,9 +152,10 @@ def warning_of_speed(
     ]
 
 
-def _by_axle(result: VehicleResult, drivetrain: Drivetrain) -> dict[str, Metrics]:
+def _by_axle(result: Result, uniform: Result | None, drivetrain: Drivetrain) -> dict[str, Metrics]:
     """Metrics of the axles by number; their energy closes only in sum."""
-    every = (metrics(axle, drivetrain) for axle in result.axles)
+    pairs = zip(result.by_axle, uniform.by_axle if uniform else [None] * result.axles, strict=True)
+    every = (metrics(axle, drivetrain, uniform=other) for axle, other in pairs)
     return {str(i): one._replace(energy_defect=math.nan) for i, one in enumerate(every, start=1)}
 
 
@@ -186,27 +182,23 @@ def _drawn(
     drawn = {}
     for name, result in results.items():
         title = f"{scenario.name}: {figures.run_name(name)}"
+        shown = list(by_axle.get(name, {name: all_metrics[name]}).values())
+        drawn[name] = figures.scenario_run(result, shown, title=title, over=over, **look)
         if name in by_axle:
-            every = list(by_axle[name].values())
-            drawn[name] = figures.vehicle_run(result, every, title=title, over=over, **look)
             curve = figures.vehicle_creep_curve(result, wheelset, title=title, caption=caption)
             drawn[f"{name}.creep_curve"] = curve
-        else:
-            one = all_metrics[name]
-            drawn[name] = figures.scenario_run(result, one, title=title, over=over, **look)
     if len(results) > 1:
-        compare = figures.vehicle_comparison if by_axle else figures.comparison
         look["title"] = scenario.name
-        drawn["comparison"] = compare(results, all_metrics, over=over, **look)
+        drawn["comparison"] = figures.comparison(results, all_metrics, over=over, **look)
     return drawn
 
 
 def vehicle_text(scenario: Scenario) -> str:
     """Beginning of a sentence about the axles; empty for a wheelset."""
-    if scenario.vehicle is None:
+    if scenario.axles == 1:
         return ""
-    *places, last = (f"{place:g}" for place in scenario.vehicle.position)
-    return f"Each of {scenario.vehicle.axles} axles at {', '.join(places)} and {last} m: "
+    *places, last = (f"{place:g}" for place in scenario.position)
+    return f"Each of {scenario.axles} axles at {', '.join(places)} and {last} m: "
 
 
 def track_text(scenario: Scenario) -> str:

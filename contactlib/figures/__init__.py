@@ -23,7 +23,7 @@ from contactlib.figures.style import (
     drivetrain_setting,
     page_size,
 )
-from contactlib.figures.vehicle import vehicle_comparison, vehicle_creep_curve, vehicle_run
+from contactlib.figures.vehicle import vehicle_creep_curve
 
 __all__ = [
     "CONTACT_PATCH",
@@ -52,7 +52,5 @@ __all__ = [
     "scenario_run",
     "sensor_errors",
     "time_histories",
-    "vehicle_comparison",
     "vehicle_creep_curve",
-    "vehicle_run",
 ]

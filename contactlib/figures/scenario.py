@@ -1,4 +1,4 @@
-"""Figures of a scenario: one run, or a comparison of the controllers.
+"""Figures of a scenario: one run, of a wheelset or of axles, or a comparison of the controllers.
 
 Lines are solid where the creep force rises with creepage, and dashed on the falling branch, where
 the wheelset is unstable at constant torque. A signal that vibrates too fast to be seen as a line is
@@ -8,7 +8,7 @@ drawn as its envelope, whose edges have the look of the samples that they touch.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ from contactlib.figures.style import (
     styled,
     typeset,
 )
-from contactlib.runs.outcomes import Metrics, VehicleMetrics
+from contactlib.runs.outcomes import Metrics
 from contactlib.runs.result import Result
 
 WINDOWS = 200  # of the longest run, each with one minimum and maximum in an envelope
@@ -52,6 +52,8 @@ WRITTEN = 0.025  # part of an axis that a character of a number takes
 EVEN = 0.05  # change / top of the axis below which friction is even
 EVENTFUL = 0.01  # change of a signal that is seen / its range
 MARGIN = 0.04  # of the time in which the vehicle stands, shown / time in which it does not
+OF_ALL = "Forces and torques are sums; creepage, branch and friction are the worst of the axles."
+LARGEST = ("creepage", "creepage_left", "creepage_right", "slip_velocity")  # of a whole vehicle
 GIVEN = "available (force), demanded (torque)"  # what a dotted line shows
 NAMES = {
     "open_loop": "open loop",
@@ -95,7 +97,7 @@ AXES = {"time": "time  [s]", "distance": "distance  [m]"}
 
 def scenario_run(
     result: Result,
-    metrics: Metrics,
+    metrics: Metrics | Sequence[Metrics],
     *,
     title: str,
     caption: str,
@@ -105,34 +107,38 @@ def scenario_run(
 ) -> Figure:
     """Force, creepage, torque, speed and friction over the time or the distance of one run.
 
-    Below `minimum_speed` [m/s] no creepage is drawn.
+    A vehicle has a column for each axle, on common axes, with the load in place of the creepage.
+
+    Parameters
+    ----------
+    result : Result
+        Result of `run_scenario`.
+    metrics : Metrics or sequence of Metrics
+        `contactlib.metrics` of the run, or of each axle of a vehicle, for the headings.
+    title, caption : str
+        Title, and caption below the figure.
+    over : str, optional
+        "time", or "distance", which is that of each axle: axles pass a place of the track at one
+        point of their axes.
+    minimum_speed : float, optional
+        Lowest speed at which a creepage is drawn [m/s].
+    units : Units, optional
+        Units of speeds and friction.
     """
-    twisted = bool(np.any(result["axle_torque"]))
-    (run,) = _drawn([result], over, minimum_speed, units)
-    varies = _friction_varies([result])
-    with styled():
-        rows = 5 if twisted else 4
-        figure, grid = new_figure(8.0, 1.7 * rows + 1.4 + varies, **_rows(rows, varies))
-        _force(grid[0], run)
-        _creepage(grid[1], run)
-        _torque(grid[2], run)
-        _speed(grid[3], run)
-        if twisted:
-            by_branch(grid[4], run, 1e-3 * result["axle_torque"])
-            grid[4].set_ylabel("axle torque  [kN m]")
-        if varies:
-            _friction(grid[-1:], [run])
-        figure.align_ylabels(grid)
-        grid[-1].set(xlabel=AXES[over], xlim=_limits([run], over))
-        grid[0].set_title(_summary(run, metrics), fontsize=sized(9))
-        _legend(figure, [run], caption, (*keys(), *grid[3].lines))
-        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
-    return figure
+    every = [metrics] if isinstance(metrics, Metrics) else metrics
+    runs = _drawn(result.by_axle, over, minimum_speed, units)
+    alone = len(runs) == 1
+    headings = [_summary(run, one) for run, one in zip(runs, every, strict=True)]
+    if not alone:
+        headings = [f"axle {i}\n{heading}" for i, heading in enumerate(headings, start=1)]
+    panels = [_force, _creepage if alone else _load, _torque, _speed]
+    panels += [_axle_torque] * bool(np.any(result["axle_torque"]))
+    return _figure(runs, panels, headings, title, caption, over, alone=alone)
 
 
 def comparison(
     results: Mapping[str, Result],
-    metrics: Mapping[str, Metrics] | Mapping[str, VehicleMetrics],
+    metrics: Mapping[str, Metrics],
     *,
     title: str,
     caption: str,
@@ -142,30 +148,81 @@ def comparison(
 ) -> Figure:
     """Force, creepage, torque and friction, with one column per controller and common axes.
 
-    Speeds are drawn, too, if a vehicle starts, stops or turns. Others as for `scenario_run`.
+    Forces and torques of a vehicle are sums; creepage, branch and friction are the worst of its
+    axles, and the distance is that of the first one. Speeds are drawn, too, if a vehicle starts,
+    stops or turns.
+
+    Parameters
+    ----------
+    results, metrics : mapping
+        Results of `run_scenario`, and `contactlib.metrics` of each, by name.
+    title, caption, over, minimum_speed, units
+        As for `scenario_run`.
     """
-    stands = any(map(_stands, results.values()))
-    every = list(results.values())
+    every = [_whole(result) for result in results.values()]
+    if any(result.axles > 1 for result in results.values()):
+        caption = f"{OF_ALL} {caption}"
     runs = _drawn(every, over, minimum_speed, units)
-    varies = _friction_varies(every)
-    long = 0.2 * max(len(caption) / 120.0 - 4.0, 0.0)  # a caption of many lines
+    headings = [
+        f"{run_name(name)}\n{_summary(run, metrics[name])}"
+        for name, run in zip(results, runs, strict=True)
+    ]
+    panels = [_force, _creepage, _torque, *[_speed] * any(map(_stands, every))]
+    return _figure(runs, panels, headings, title, caption, over)
+
+
+def _whole(result: Result) -> Result:
+    """A vehicle's signals as those of one wheelset."""
+    if result.axles == 1:
+        return result
+    rows, worst = np.arange(result.time.size), np.abs(result["slip_velocity"]).argmax(axis=1)
+    signals = {**result.axle(1).signals, **result.totals}
+    signals |= {name: result[name][rows, worst] for name in LARGEST}
+    signals |= {name: result[name].sum(axis=1) for name in ("demand", "commanded_torque")}
+    for name in ("friction_scale_left", "friction_scale_right", "slope_scale"):
+        signals[name] = result[name].min(axis=1)
+    signals["falling_branch"] = result["falling_branch"].max(axis=1)
+    return Result(result.time, signals, result.units)
+
+
+def _figure(
+    runs: Sequence[_Drawn],
+    panels: Sequence[Callable[[Axes, _Drawn], object]],
+    headings: Sequence[str],
+    title: str,
+    caption: str,
+    over: str,
+    *,
+    alone: bool = False,
+) -> Figure:
+    """Draw the panels of each run in a column, on common axes, and the friction below them."""
+    varies = _friction_varies([run.result for run in runs])
+    rows, long = len(panels), 0.2 * max(len(caption) / 120.0 - 4.0, 0.0)  # a caption of many lines
     with styled():
-        figure, grid = new_columns(len(runs), 3 + stands, varies, long)
-        for column, (name, run) in enumerate(zip(results, runs, strict=True)):
-            _force(grid[0, column], run)
-            _creepage(grid[1, column], run)
-            _torque(grid[2, column], run)
-            if stands:
-                _speed(grid[3, column], run)
-            heading = f"{run_name(name)}\n{_summary(run, metrics[name])}"
-            grid[0, column].set_title(heading, fontsize=sized(9))
-            grid[-1, column].set(xlabel=AXES[over], xlim=_limits(runs, over))
-            grid[-1, column].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
-        _trim_creepage(list(grid[1]), runs)
+        if alone:
+            size = 8.0, 1.7 * rows + 1.4 + varies
+            heights = [1.0] * rows + [0.4] * varies
+            look: dict[str, Any] = {"nrows": len(heights), "height_ratios": heights}
+            figure, grid = new_figure(*size, sharex=True, squeeze=False, **look)
+        else:
+            figure, grid = new_columns(len(runs), rows, varies, long)
+        for column, run, heading in zip(grid.T, runs, headings, strict=True):
+            for axes, panel in zip(column, panels, strict=False):
+                panel(axes, run)
+            column[0].set_title(heading, fontsize=sized(9))
+            column[-1].set(xlabel=AXES[over], xlim=_limits(runs, over))
+            if not alone:
+                column[-1].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+        if _creepage in panels:
+            _trim_creepage(list(grid[panels.index(_creepage)]), runs)
         if varies:
             _friction(grid[-1], runs)
-        _label_first(figure)
-        _legend(figure, runs, caption, (*keys(), *(grid[3, 0].lines if stands else ())))
+        if alone:
+            figure.align_ylabels(grid)
+        else:
+            _label_first(figure)
+        lines = grid[panels.index(_speed), 0].lines if _speed in panels else ()
+        _legend(figure, runs, caption, (*keys(), *lines))
         figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
     return figure
 
@@ -177,12 +234,6 @@ def _label_first(figure: Figure) -> None:
         first = spec is not None and spec.is_first_col()
         axes.set_ylabel(label.replace("  [", "\n[") if first else "")
     figure.align_ylabels()
-
-
-def _rows(count: int, friction: bool) -> dict[str, Any]:
-    """Rows of a figure: so many of one height, and a low one for the friction."""
-    heights = [1.0] * count + [0.4] * friction
-    return {"nrows": len(heights), "height_ratios": heights, "sharex": True}
 
 
 def _drawn(
@@ -233,7 +284,7 @@ def _eventful(result: Result) -> tuple[float, float]:
     return float(result.time[head[0]]), float(result.time[tail[-1]])
 
 
-def _summary(run: _Drawn, metrics: Metrics | VehicleMetrics) -> str:
+def _summary(run: _Drawn, metrics: Metrics) -> str:
     result, units = run.result, run.units
     used, limited = metrics.utilisation, metrics.limited_utilisation
     share = "" if math.isnan(used) else f"{100.0 * used:.1f} % of demanded force used\n"
@@ -245,11 +296,11 @@ def _summary(run: _Drawn, metrics: Metrics | VehicleMetrics) -> str:
     return f"{share}slip work {_energy(metrics.slip_work)}{beyond}{_stop(result, metrics)}"
 
 
-def _stop(result: Result, metrics: Metrics | VehicleMetrics) -> str:
+def _stop(result: Result, metrics: Metrics) -> str:
     """Line on a stop, from the begin of the run and of its demand; empty if none is demanded."""
     begin, end = np.abs(result["speed"][[0, -1]])
     if end < STOPPED < begin:
-        of_demand = getattr(metrics, "stopping_distance", math.nan)
+        of_demand = metrics.stopping_distance
         first = "" if math.isnan(of_demand) else f"{of_demand:.0f} m from the demand,\n"
         return f"\nstops {first}{abs(metrics.distance):.0f} m from the start"
     brakes = result["demand"][-1] * result["speed"][-1] < 0.0
@@ -349,6 +400,16 @@ def _creepage(axes: Axes, run: _Drawn) -> None:
     steps = (1.0,) if high > 300.0 * low else (1.0, 2.0, 5.0) if high > 5.0 * low else range(1, 10)
     plain_log(axes.yaxis, *steps)
     axes.set_ylabel("|creepage|  [%]")
+
+
+def _load(axes: Axes, run: _Drawn) -> None:
+    axes.plot(run.at, 1e-3 * run.result["axle_load"], color=paint.ink, lw=1.3)
+    axes.set_ylabel("axle load  [kN]")
+
+
+def _axle_torque(axes: Axes, run: _Drawn) -> None:
+    by_branch(axes, run, 1e-3 * run.result["axle_torque"])
+    axes.set_ylabel("axle torque  [kN m]")
 
 
 def _torque(axes: Axes, run: _Drawn) -> None:

@@ -1,35 +1,20 @@
-"""Figures of a vehicle's run: its axles on common axes, and whole vehicles compared.
-
-Lines are as in `contactlib.figures.scenario`.
-"""
+"""Axles of a run on the creep curve. Lines are as in `contactlib.figures.scenario`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.figures.scenario import (
-    AXES,
-    IN_SI,
-    Units,
     _drawn,
-    _force,
-    _friction,
-    _friction_varies,
     _label_first,
     _legend,
-    _limits,
-    _speed,
-    _summary,
-    _torque,
-    comparison,
     keys,
 )
 from contactlib.figures.style import (
@@ -37,73 +22,17 @@ from contactlib.figures.style import (
     labelled,
     new_columns,
     paint,
-    sized,
     styled,
 )
-from contactlib.runs.outcomes import Metrics, VehicleMetrics
 from contactlib.runs.result import Result
-from contactlib.runs.vehicle_runs import TOTALS, VehicleResult
 from contactlib.vehicle.wheelset import Wheelset
 
 AT_THE_END = "at the end, or before standstill"
 CELLS, JUMP = 50.0, 0.12  # cells of each axis; part of it that one row of a path may pass [1]
-LARGEST = ("creepage", "creepage_left", "creepage_right", "slip_velocity")  # of a whole vehicle
-
-
-def vehicle_run(
-    result: VehicleResult,
-    metrics: Sequence[Metrics],
-    *,
-    title: str,
-    caption: str,
-    over: str = "time",
-    minimum_speed: float = 0.0,
-    units: Units = IN_SI,
-) -> Figure:
-    """Force, load, torque, speed and friction of a vehicle: a column for each axle, common axes.
-
-    Parameters
-    ----------
-    result : VehicleResult
-        Result of `contactlib.runs.run_vehicle`.
-    metrics : sequence of Metrics
-        `contactlib.metrics` of each axle, for the headings.
-    title, caption : str
-        Title, and caption below the figure.
-    over : str, optional
-        "time", or "distance", which is that of each axle: axles pass a place of the track at one
-        point of their axes.
-    minimum_speed : float, optional
-        Lowest speed at which a creepage is drawn [m/s].
-    units : Units, optional
-        Units of speeds and friction.
-    """
-    runs = _drawn(result.axles, over, minimum_speed, units)
-    varies = _friction_varies(result.axles)
-    with styled():
-        figure, grid = new_columns(len(runs), 4, varies)
-        for number, run in enumerate(runs):
-            column = grid[:, number]
-            _force(column[0], run)
-            load = 1e-3 * run.result["axle_load"]
-            column[1].plot(run.at, load, color=paint.ink, lw=1.3)
-            column[1].set_ylabel("axle load  [kN]")
-            _torque(column[2], run)
-            _speed(column[3], run)
-            heading = f"axle {number + 1}\n{_summary(run, metrics[number])}"
-            column[0].set_title(heading, fontsize=sized(9))
-            labelled(column[-1], AXES[over], xlim=_limits(runs, over))
-            column[-1].xaxis.set_major_locator(MaxNLocator(4, steps=(1, 2, 5, 10)))
-        if varies:
-            _friction(grid[-1], runs)
-        _label_first(figure)
-        _legend(figure, runs, caption, (*keys(), *grid[3, 0].lines))
-        figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left")
-    return figure
 
 
 def vehicle_creep_curve(
-    result: VehicleResult,
+    result: Result,
     wheelset: Wheelset,
     *,
     title: str,
@@ -121,11 +50,11 @@ def vehicle_creep_curve(
     Parameters
     ----------
     result, title, caption, minimum_speed
-        As for `vehicle_run`; the minimum speed is at least the contact's.
+        As for `scenario_run`; the minimum speed is at least the contact's.
     wheelset : Wheelset
         Wheelset of the scenario's drivetrain.
     """
-    runs = _drawn(result.axles, "time", max(minimum_speed, wheelset.element.minimum_speed))
+    runs = _drawn(result.by_axle, "time", max(minimum_speed, wheelset.element.minimum_speed))
     zeta0 = wheelset.element.saturation_creepage
     creepages = np.abs([run.creepage for run in runs])
     largest = float(np.fmax.reduce(creepages, axis=None, initial=0.0))  # nan does not count
@@ -178,50 +107,3 @@ def _best_and_worst(wheelset: Wheelset, result: Result, zeta: FloatArray) -> Ite
         element = wheelset.with_slope(float(result["slope_scale"][row])).element
         speed = max(abs(float(result["speed"][row])), element.minimum_speed)
         yield element.at_creepage(zeta, speed=speed, friction_scale=scale)["traction_coefficient"]
-
-
-def vehicle_comparison(
-    results: Mapping[str, VehicleResult],
-    metrics: Mapping[str, VehicleMetrics],
-    *,
-    title: str,
-    caption: str,
-    over: str = "time",
-    minimum_speed: float = 0.0,
-    units: Units = IN_SI,
-) -> Figure:
-    """Total force and torque, largest creepage, lowest friction: a column for each controller.
-
-    Parameters
-    ----------
-    results : mapping
-        Results of `contactlib.runs.run_vehicle` by name.
-    metrics : mapping
-        `contactlib.runs.vehicle_metrics` of each.
-    title, caption, over, minimum_speed, units
-        As for `vehicle_run`; the distance is that of the first axle.
-    """
-    whole = {name: _whole(result) for name, result in results.items()}
-    note = "Forces and torques are sums; creepage, branch and friction are the worst of the axles."
-    return comparison(
-        whole,
-        metrics,
-        title=title,
-        caption=f"{note} {caption}",
-        over=over,
-        minimum_speed=minimum_speed,
-        units=units,
-    )
-
-
-def _whole(result: VehicleResult) -> Result:
-    """A vehicle's signals as those of one wheelset."""
-    rows, worst = np.arange(result.time.size), np.abs(result["slip_velocity"]).argmax(axis=-1)
-    signals = {name: result.axles[0][name] for name in result.units}
-    signals |= {name: result[name][rows, worst] for name in LARGEST}
-    for name in ("demand", "commanded_torque", *TOTALS):
-        signals[name] = result[name].sum(axis=-1)
-    for name in ("friction_scale_left", "friction_scale_right", "slope_scale"):
-        signals[name] = result[name].min(axis=-1)
-    signals["falling_branch"] = result["falling_branch"].max(axis=-1)
-    return Result(result.time, signals, result.units)

@@ -16,7 +16,16 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from contactlib.base.quantities import Parameters, Quantity, ReadOnly, checks_call, declared
+import numpy as np
+
+from contactlib.base.quantities import (
+    FloatArray,
+    Parameters,
+    Quantity,
+    ReadOnly,
+    checks_call,
+    declared,
+)
 from contactlib.base.text import known_names
 from contactlib.base.units import STANDARD_GRAVITY, unit_value
 from contactlib.files.mistakes import Mistakes
@@ -302,6 +311,18 @@ class Scenario(Parameters):
     def position(self) -> Values:
         """Distance of each axle behind the first one [m]."""
         return (0.0,) if self.vehicle is None else self.vehicle.position
+
+    @property
+    def shares_of_demand(self) -> FloatArray:
+        """Factors on the demand at each axle in traction and in braking, shape (2, axles)."""
+        vehicle, every = self.vehicle, np.arange(1, self.axles + 1)
+        acting = (vehicle.driven, vehicle.braked) if vehicle else ((), ())
+        return np.array([np.isin(every, some or every) for some in acting], dtype=np.float64)
+
+    @property
+    def loads_change(self) -> bool:
+        """Whether axles may have other loads than that for which their contact is given."""
+        return self.vehicle is not None or self.dynamic_load is not None
 
     @property
     def static_load(self) -> float:

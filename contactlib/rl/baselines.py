@@ -51,6 +51,7 @@ class ControllerPolicy:
             if isinstance(controller, str)
             else checked_controller("controller", controller)
             for one in env.scenarios
+            for _ in range(one.axles)
         ]
         if len({structure(one) for one in controls}) > 1:
             raise ValueError(f"controller = {controller!r} must be of one kind in all scenarios")
@@ -64,11 +65,12 @@ class ControllerPolicy:
 
     def torque(self) -> FloatArray:
         """Torques for the environment's present measurement [N.m], once for each sample."""
-        measured: Any = self._env.measurement
+        demand = self._env.measurement.demand
+        measured: Any = self._env.measurement.each(np.ravel)  # controllers take a row of all axles
         if self._env.time == 0.0:
             self._memory = self._control.start(measured, measured.torque)
         torque, self._memory = self._control.sample(measured, self._memory)
-        return np.asarray(torque, dtype=np.float64)
+        return np.asarray(torque, dtype=np.float64).reshape(demand.shape)
 
     def __call__(self, observation: Any = None) -> FloatArray:
         """Action for the environment's present measurement [1]; the observation is ignored."""

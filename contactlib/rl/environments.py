@@ -1,4 +1,4 @@
-"""The plant as Gymnasium environments: one wheelset, or many side by side."""
+"""The plant as Gymnasium environments: one wheelset or vehicle, or many side by side."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from contactlib.files.scenario import Scenario, load_scenario
 from contactlib.runs.accumulators import NEGLIGIBLE, DerivedRows, DrivetrainArrays
 from contactlib.runs.plant import Plant, default_step
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, LONGEST_STEP
+from contactlib.runs.signals import SHARED
 from contactlib.traction import Measurement
 from contactlib.traction.interface import FASTEST, STRONGEST, plausible
 
@@ -61,8 +62,10 @@ class Scales(NamedTuple):
     slip_speed: float = 0.1
 
 
-class _Wheelsets:
-    """Wheelsets of an environment as arrays of shape (n,): a plant with observation and reward.
+class _Vehicles:
+    """Vehicles of an environment as arrays of shape (n,), or (n, axles) of several axles.
+
+    It is a plant with observation and reward.
 
     Copies, shallow ones too, and pickles are independent and go on with the same bits.
     """
@@ -93,18 +96,21 @@ class _Wheelsets:
             *(checked_number(f"scales.{k}", v, POSITIVE) for k, v in scales._asdict().items())
         )
         self._slip_cost = checked_number("slip_cost", slip_cost, NOT_NEGATIVE)
-        self._drivetrains = DrivetrainArrays.of(self.plant.trains)
+        self.axles = self.plant.axles
+        self._drivetrains = DrivetrainArrays.of(self.plant.trains, self.axles)
         self._doubted = False
         self._divisors = np.array([self.scales.torque, *self.scales])
         highest = np.array([STRONGEST, STRONGEST, FASTEST, 2.0 * FASTEST]) / self._divisors
         # Rounding to 32 bits does not exceed these bounds.
         bound = np.nextafter(highest.astype(np.float32), np.float32(np.inf))
+        if self.axles > 1:
+            bound = np.tile(bound, (self.axles, 1))
         self._observations = gymnasium.spaces.Box(-bound, bound, dtype=np.float32)
-        self._actions = gymnasium.spaces.Box(0.0, 1.0, (1,), np.float32)
+        self._actions = gymnasium.spaces.Box(0.0, 1.0, (self.axles,), np.float32)
         self._measured: Measurement[FloatArray] | None = None
 
     def __copy__(self) -> Self:
-        """A deep copy, as a shallow one would step the same wheelsets."""
+        """A deep copy, as a shallow one would step the same vehicles."""
         return deepcopy(self)
 
     @property
@@ -114,7 +120,7 @@ class _Wheelsets:
 
     @property
     def measurement(self) -> Measurement[FloatArray]:
-        """The present measurement, as a controller gets it: arrays of shape (n,).
+        """The present measurement, as `Plant.step` returns it: arrays of shape (n,) or (n, axles).
 
         Raises
         ------
@@ -141,13 +147,14 @@ class _Wheelsets:
         Raises
         ------
         ValueError
-            If it has neither the shape (n, 1) nor (n,).
+            If it has neither the shape (n, axles) nor that of the demand.
         """
-        share, n = np.asarray(action, dtype=np.float64), len(self.scenarios)
-        if share.shape not in ((n, 1), (n,)):
-            raise ValueError(f"action has the shape {share.shape}: must be ({n}, 1)")
-        share = share.reshape(n)
-        return np.minimum(np.maximum(share, 0.0), 1.0) * self.measurement.demand
+        share, demand = np.asarray(action, dtype=np.float64), self.measurement.demand
+        shape = len(self.scenarios), self.axles
+        if share.shape not in (shape, demand.shape):
+            raise ValueError(f"action has the shape {share.shape}: must be {shape}")
+        share = share.reshape(demand.shape)
+        return np.minimum(np.maximum(share, 0.0), 1.0) * demand
 
     def _held(
         self, torque: Any
@@ -155,20 +162,20 @@ class _Wheelsets:
         """Hold a torque until the next sample [N.m]: what `step` of an environment returns."""
         _ = self.measurement  # an episode has begun
         self._measured = self.plant.step(torque)
-        rows = DerivedRows(self.plant.now(), self._drivetrains)
+        rows, v = DerivedRows(self.plant.now(), self._drivetrains), self._drivetrains
         used, possible = (signal[0] for signal in rows.transmittable)
-        allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * self._drivetrains.grip)
+        allowed = np.maximum(rows["available_force"][0], NEGLIGIBLE * v.grip)
         way = self.sample_time * np.maximum(np.abs(rows["speed"][0]), LOW_SPEED)
         work, self._work = self._work, rows["creep_work"][0]
         lost = np.maximum(possible - used, 0.0) + self._slip_cost / way * (self._work - work)
-        reward = np.where(self.plant.failed, 0.0, 1.0 - lost / allowed)
+        reward = np.where(self.plant.failed, 0.0, 1.0 - v.total(lost) / v.total(allowed))
         over = self.plant.time > self._end
         if over and not self._doubted:
             self._warn_off_map(rows["distance"][0])
         return self._observed(), reward, self.plant.failed.copy(), over, self._info(rows)
 
     def _warn_off_map(self, distance: FloatArray) -> None:
-        """Warn once of the first wheelset that left the map of its track or never met it."""
+        """Warn once of the first axle that left the map of its track or never met it."""
         for track, end in zip(self.plant.tracks, distance.tolist(), strict=True):
             if warning := track.warning(min(end, 0.0), max(end, 0.0)):
                 self._doubted = True
@@ -182,18 +189,20 @@ class _Wheelsets:
         return np.asarray(rows / self._divisors, dtype=np.float32)
 
     def _info(self, rows: DerivedRows) -> Info:
-        return {name: np.array(rows[name][0]) for name in TRUTH}
+        return {name: self.plant.shaped(rows[name][0], shared=name in SHARED) for name in TRUTH}
 
 
 def _loaded(scenario: Scenario | str) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
 
-class TractionEnv(_Wheelsets, gymnasium.Env[Any, Any]):
-    """One wheelset of a scenario as a Gymnasium environment.
+class TractionEnv(_Vehicles, gymnasium.Env[Any, Any]):
+    """The wheelset or vehicle of a scenario as a Gymnasium environment.
 
     The observation is (demand, commanded torque, vehicle speed, slip speed) as the sensors measure
-    them, over `scales`; the action the torque / demand, 0 to 1; the reward of a step
+    them, over `scales`; the action the torque / demand, 0 to 1, of the shape (1,). A vehicle of
+    several axles has an observation in each row and an action for each axle: shapes (axles, 4) and
+    (axles,); in its reward lack, work and available force are sums. The reward of a step is
 
         1 - lack of force / available force - slip_cost * slip work / work of the available force
 
@@ -204,7 +213,8 @@ class TractionEnv(_Wheelsets, gymnasium.Env[Any, Any]):
 
     The episode terminates if the integrator gives up, and is truncated at the
     scenario's duration. The info contains the truth, in the signals of `run_scenario`: "speed",
-    "creepage", "creep_force", "available_force", "commanded_torque" and "falling_branch".
+    "creepage", "creep_force", "available_force", "commanded_torque" and "falling_branch"; but for
+    the speed, an array of the axles of a vehicle.
 
     `reset(seed=7)` draws the sensors' noise of `run_scenario(scenario, ..., index=7)`; with the
     same torques, `step` and `tolerance` the run is the same to the last bit. Without a seed the
@@ -273,35 +283,39 @@ class TractionEnv(_Wheelsets, gymnasium.Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
         """Hold a share of the demand until the next sample [1]."""
-        return self.hold(self._torque(action))
+        return self.hold(self._torque(np.asarray(action)[np.newaxis]))
 
     def hold(self, torque: Any) -> tuple[NDArray[np.float32], float, bool, bool, Info]:
-        """As `step`, with a torque [N.m]: a share cannot give every torque to the last bit."""
+        """As `step`, with a torque [N.m], also one for each axle: shares round."""
+        torque = np.asarray(torque)
+        if torque.shape == (self.axles,):
+            torque = torque.reshape(self.measurement.demand.shape)
         observed, reward, failed, over, info = self._held(torque)
         return observed[0], float(reward[0]), bool(failed[0]), over, _alone(info)
 
 
 def _alone(info: Info) -> Info:
-    return {name: float(value[0]) for name, value in info.items()}
+    return {name: float(v[0]) if v.ndim == 1 else v[0] for name, v in info.items()}
 
 
-class TractionVectorEnv(_Wheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """Many wheelsets, stepped side by side in C, as a Gymnasium vector environment.
+class TractionVectorEnv(_Vehicles, gymnasium.vector.VectorEnv[Any, Any, Any]):
+    """Many wheelsets or vehicles, stepped side by side in C, as a Gymnasium vector environment.
 
-    Observation, action, reward and info are those of `TractionEnv`, with a row for each wheelset;
-    wheelset i of `reset(seed=7)` is that of a `TractionEnv` with the seed 7 + i, to the last bit.
+    Observation, action, reward and info are those of `TractionEnv`, with a row for each of them;
+    number i of `reset(seed=7)` is that of a `TractionEnv` with the seed 7 + i, to the last bit.
 
     All episodes begin and end together, as the scenarios have one duration; if an integrator gives
     up, which terminates that episode, the others are truncated. The autoreset mode is NEXT_STEP:
-    the step after the last one ignores the actions, resets all wheelsets and returns zero rewards.
+    the step after the last one ignores the actions, resets all and returns zero rewards.
 
     Parameters
     ----------
     scenario : Scenario, str or sequence of them
-        Scenarios or names of their files. Wheelset i gets number i modulo their count: draw as many
-        as you need for domain randomisation. Their durations and sensor delays are equal.
+        Scenarios or names of their files. Environment i gets number i modulo their count: draw as
+        many as you need for domain randomisation. Their durations, sensor delays and numbers of
+        axles are equal.
     num_envs : int
-        Number of wheelsets.
+        Number of wheelsets or vehicles.
     sample_time, step, tolerance, scales, slip_cost
         As for `TractionEnv`.
 
@@ -357,12 +371,12 @@ class TractionVectorEnv(_Wheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
         Raises
         ------
         ValueError
-            If ``options["reset_mask"]`` leaves out a wheelset.
+            If ``options["reset_mask"]`` leaves one out.
         """
         mask = (options or {}).get("reset_mask", True)
         if not np.all(mask):
             raise ValueError(
-                f"options['reset_mask'] = {np.asarray(mask).tolist()} leaves out a wheelset: all "
+                f"options['reset_mask'] = {np.asarray(mask).tolist()} leaves one out: all "
                 "share one clock, so reset them together, without a mask; in Gymnasium's "
                 "SyncVectorEnv each TractionEnv has its own"
             )
@@ -373,13 +387,13 @@ class TractionVectorEnv(_Wheelsets, gymnasium.vector.VectorEnv[Any, Any, Any]):
     def step(
         self, actions: Any
     ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], NDArray[np.bool_], Info]:
-        """Hold shares of the demand until the next sample [1], shape (n, 1)."""
+        """Hold shares of the demand until the next sample [1], shape (n, axles)."""
         return self.hold(self._torque(actions))
 
     def hold(
         self, torque: Any
     ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.bool_], NDArray[np.bool_], Info]:
-        """As `step`, with torques [N.m], one for all or n."""
+        """As `step`, with torques [N.m]: one for all, n, or (n, axles)."""
         none = np.zeros(self.num_envs, dtype=np.bool_)
         if self._over:
             observed, info = self.reset()

@@ -8,17 +8,14 @@ if TYPE_CHECKING:
     from contactlib.runs.benchmarking import benchmark_scenarios as benchmark_scenarios
     from contactlib.runs.outcomes import OUTCOMES as OUTCOMES
     from contactlib.runs.outcomes import Metrics as Metrics
-    from contactlib.runs.outcomes import VehicleMetrics as VehicleMetrics
     from contactlib.runs.outcomes import comparison_table as comparison_table
     from contactlib.runs.outcomes import metrics as metrics
-    from contactlib.runs.outcomes import vehicle_metrics as vehicle_metrics
     from contactlib.runs.outcomes import write_comparison as write_comparison
     from contactlib.runs.plant import Plant as Plant
     from contactlib.runs.result import Event as Event
     from contactlib.runs.result import Result as Result
     from contactlib.runs.scenario_runs import run_many as run_many
     from contactlib.runs.scenario_runs import run_scenario as run_scenario
-    from contactlib.runs.scenario_runs import run_vehicle as run_vehicle
     from contactlib.runs.simulation import simulate as simulate
     from contactlib.runs.sweep import ANALYSES as ANALYSES
     from contactlib.runs.sweep import Sweep as Sweep
@@ -27,8 +24,6 @@ if TYPE_CHECKING:
     from contactlib.runs.tuning import Tuning as Tuning
     from contactlib.runs.tuning import sensor_errors as sensor_errors
     from contactlib.runs.tuning import tune as tune
-    from contactlib.runs.vehicle_runs import VehicleResult as VehicleResult
-    from contactlib.runs.vehicle_runs import axles_of as axles_of
 else:
     from contactlib.base.lazy import lazy_names
 

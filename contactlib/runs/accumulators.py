@@ -41,7 +41,7 @@ class Rows(Protocol):
 
 
 class OneRun:
-    """Presents a result as the rows of one run."""
+    """Presents a result as the rows of all axles of one run."""
 
     def __init__(self, result: Result) -> None:
         self._result = result
@@ -52,8 +52,11 @@ class OneRun:
         return self._result.time
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Return one signal, shape (rows, 1)."""
-        return self._result[name][:, np.newaxis]
+        """Return one signal, shape (rows, axles)."""
+        values = self._result[name]
+        if values.ndim > 1:
+            return values
+        return np.broadcast_to(values[:, np.newaxis], (values.size, self._result.axles))
 
 
 class DrivetrainArrays(NamedTuple):

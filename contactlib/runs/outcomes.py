@@ -38,7 +38,6 @@ from contactlib.runs.accumulators import (
 )
 from contactlib.runs.result import Result
 from contactlib.runs.signals import WORKS
-from contactlib.runs.vehicle_runs import VehicleResult
 from contactlib.vehicle.drivetrain import Drivetrain
 
 MISJUDGED = "speed_misjudged"
@@ -157,18 +156,12 @@ def _overspeed(v: DrivetrainArrays) -> Accumulator:
 
 
 def _speed_error(v: DrivetrainArrays) -> Accumulator:
-    def error(rows: DerivedRows) -> FloatArray:
-        if v.axles == 1:
-            return np.full(rows["speed"].shape, np.nan)
-        return np.abs(v.first(rows["measured_speed"] - rows["speed"]))
-
-    return Extremes(error)
+    return Extremes(lambda rows: v.largest(np.abs(rows["measured_speed"] - rows["speed"])))
 
 
 def _misjudged(v: DrivetrainArrays) -> Accumulator:
     def exceeds(error: Extremes, speed: Extremes) -> FloatArray:
-        found = error.value()
-        return np.where(np.isnan(found), np.nan, found > MAX_SPEED_ERROR * speed.value())
+        return np.where(error.value() > MAX_SPEED_ERROR * speed.value(), 1.0, 0.0)
 
     return Combined(exceeds, _speed_error(v), Extremes(lambda rows: np.abs(v.first(rows["speed"]))))
 
@@ -343,13 +336,11 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "m/s",
             "largest error of the vehicle speed that the controllers get",
             _speed_error,
-            missing="single wheelset",
         ),
         MISJUDGED: Outcome(
             "1",
             f"whether that error exceeds {MAX_SPEED_ERROR:.0%} of the vehicle's highest speed",
             _misjudged,
-            missing="single wheelset",
             yes_or_no=(f"speed estimate off by > {100.0 * MAX_SPEED_ERROR:g} %", "within that"),
         ),
         "overspeed": Outcome(
@@ -375,7 +366,7 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "1",
             "air vented from the brake cylinders / air of one full application",
             _air_used,
-            missing="no demand of braking",
+            missing="no demand of a brake",
         ),
     }
 )
@@ -383,6 +374,9 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
 
 class Metrics(NamedTuple):
     """Numbers of one run, in the units of `OUTCOMES`; nan where one does not apply.
+
+    Works and forces are sums over the axles of a vehicle; creepage, slip speed, recovery time,
+    torsional peak, locked time and locked work are those of the axle with the largest.
 
     s Q is the creep force in the demand's direction, Q_t the force that could be transmitted: the
     smaller of the available force and the demanded force.
@@ -424,42 +418,6 @@ class Metrics(NamedTuple):
     energy_defect : float
         Largest error of the energy balance / largest of all works and changes of the stored
         energy [1].
-    """
-
-    utilisation: float
-    limited_utilisation: float
-    largest_creepage: float
-    largest_slip_speed: float
-    recovery_time: float
-    slip_work: float
-    slip_share: float
-    jerk: float
-    torsional_peak: float
-    distance: float
-    energy_defect: float
-
-
-def metrics(result: Result, drivetrain: Drivetrain) -> Metrics:
-    """Metrics of a run of a scenario.
-
-    Parameters
-    ----------
-    result : Result
-        Result with the signals of a scenario run.
-    drivetrain : Drivetrain
-        The scenario's drivetrain.
-    """
-    return Metrics(**_numbers(OneRun(result), Metrics._fields, DrivetrainArrays.of([drivetrain])))
-
-
-class VehicleMetrics(NamedTuple):
-    """Numbers of one run of a vehicle: those of `Metrics` over all of its axles, and more.
-
-    Works and forces are sums over the axles; creepage, slip speed, recovery time, torsional peak,
-    locked time and locked work are those of the axle with the largest.
-
-    Attributes
-    ----------
     stopping_distance : float
         Distance from the first demand against the motion until the speed is below 0.1 m/s [m]; nan
         if the vehicle does not stop.
@@ -474,7 +432,7 @@ class VehicleMetrics(NamedTuple):
         Largest slip work of an axle in such a time, which makes flats [J].
     air_used : float
         Sum of all falls of the axles' brake torques / sum of their largest demands [1]: the air
-        vented from the brake cylinders, in full applications. nan without a demand of braking.
+        vented from the brake cylinders, in full applications. nan without a demand of a brake.
     """
 
     utilisation: float
@@ -496,43 +454,24 @@ class VehicleMetrics(NamedTuple):
     air_used: float
 
 
-class AxlesOfRun:
-    """Presents the result of a vehicle's run as the rows of its axles' runs."""
-
-    def __init__(self, result: VehicleResult) -> None:
-        self._result = result
-
-    @property
-    def time(self) -> FloatArray:
-        """Times of the rows [s]."""
-        return self._result.time
-
-    def __getitem__(self, name: str) -> FloatArray:
-        """Return one signal, shape (rows, axles)."""
-        return self._result[name]
-
-
-def vehicle_metrics(
-    result: VehicleResult, drivetrain: Drivetrain, *, uniform: VehicleResult | None = None
-) -> VehicleMetrics:
-    """Metrics of a run of a vehicle; `metrics` gives those of one of its axles.
+def metrics(result: Result, drivetrain: Drivetrain, *, uniform: Result | None = None) -> Metrics:
+    """Metrics of a run of a scenario.
 
     Parameters
     ----------
-    result : VehicleResult
-        Result of `run_vehicle`.
+    result : Result
+        Result of `run_scenario`, or of one of its axles.
     drivetrain : Drivetrain
         The scenario's drivetrain, which is that of each axle.
-    uniform : VehicleResult, optional
+    uniform : Result, optional
         Run of `scenario.on_uniform_friction`, with which a stop is compared.
     """
-    axles = len(result.axles)
-    drivetrains = DrivetrainArrays.of([drivetrain] * axles, axles)
-    found = _numbers(AxlesOfRun(result), VehicleMetrics._fields, drivetrains)
+    drivetrains = DrivetrainArrays.of([drivetrain] * result.axles, result.axles)
+    found = _numbers(OneRun(result), Metrics._fields, drivetrains)
     for name, of in extended(found).items():
-        least = _numbers(AxlesOfRun(uniform), [of], drivetrains)[of] if uniform else math.nan
+        least = _numbers(OneRun(uniform), [of], drivetrains)[of] if uniform else math.nan
         found[name] = float(extension(found[name], least))
-    return VehicleMetrics(**found)
+    return Metrics(**found)
 
 
 def _numbers(rows: Rows, names: Sequence[str], drivetrains: DrivetrainArrays) -> dict[str, float]:
@@ -543,16 +482,17 @@ def _numbers(rows: Rows, names: Sequence[str], drivetrains: DrivetrainArrays) ->
     return {name: float(accumulator.value()[0]) for name, accumulator in observers.items()}
 
 
-def comparison_table(
-    metrics: Mapping[str, Metrics | VehicleMetrics], *, within: str = "the run"
-) -> str:
-    """Format metrics as text: a line for each metric, a column for each run, all of one kind.
+def comparison_table(metrics: Mapping[str, Metrics], *, within: str = "the run") -> str:
+    """Format metrics as text: a line for each metric, a column for each run.
 
     A line for each metric without a value says why: a stop does not end `within` the run.
 
     Examples
     --------
-    >>> run = Metrics(0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, float("nan"), 120.0, 1e-9)
+    >>> none = float("nan")
+    >>> run = Metrics(
+    ...     0.93, 0.9, 0.02, 0.2, 0.1, 3e4, 0.013, 1.5, none, 120.0, 1e-9, 90.0, 0.2, 0.1, 0.0, 0.0,
+    ...     1.1)
     >>> print(comparison_table({"pi": run, "open_loop": run._replace(recovery_time=float("inf"))}))
     metric               unit     pi  open_loop
     utilisation          1      0.93       0.93
@@ -566,10 +506,16 @@ def comparison_table(
     torsional peak       N.m       -          -
     distance             m       120        120
     energy defect        1     1e-09      1e-09
+    stopping distance    m        90         90
+    stopping extension   1       0.2        0.2
+    speed error          m/s     0.1        0.1
+    locked time          s         0          0
+    locked work          J         0          0
+    air used             1       1.1        1.1
     - torsional peak: rigid axle
     """
     rows = [["metric", "unit", *metrics]]
-    for name, *values in zip(_fields(metrics), *metrics.values(), strict=True):
+    for name, *values in zip(Metrics._fields, *metrics.values(), strict=True):
         rows.append([name.replace("_", " "), OUTCOMES[name].unit, *map(_shown, values)])
     lacking = [name for name, _, *row in rows if "-" in row]
     why = (f"\n- {name}: {OUTCOMES[name.replace(' ', '_')].missing}" for name in lacking)
@@ -578,7 +524,7 @@ def comparison_table(
 
 def write_comparison(
     folder: str | os.PathLike[str],
-    metrics: Mapping[str, Metrics | VehicleMetrics],
+    metrics: Mapping[str, Metrics],
     *,
     stem: str = "metrics",
     of: str = "controller",
@@ -606,7 +552,7 @@ def write_comparison(
     """
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
-    units = {name: OUTCOMES[name].unit for name in _fields(metrics)}
+    units = {name: OUTCOMES[name].unit for name in Metrics._fields}
     writer.writerow([of, *(f"{name} [{unit}]" for name, unit in units.items())])
     writer.writerows([name, *map(repr, run)] for name, run in metrics.items())
     parts = {
@@ -623,10 +569,6 @@ def write_comparison(
         for suffix, content in contents.items()
     )
     return as_text, as_csv, as_json
-
-
-def _fields(metrics: Mapping[str, Metrics | VehicleMetrics]) -> tuple[str, ...]:
-    return next(iter(metrics.values()))._fields if metrics else Metrics._fields
 
 
 def _shown(value: float) -> str:

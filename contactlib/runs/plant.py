@@ -1,8 +1,8 @@
-"""The plant: wheelsets on their tracks, with drives and sensors, and runs of it under a controller.
+"""The plant: vehicles on their tracks, with drives and sensors, and runs of it under a controller.
 
 At every sample the controller reads the sensors; its torque, within the drive's limits, is held
-until the next. The kernel steps every wheelset from row to row, with the friction of its track and
-the load of the row.
+until the next. The kernel steps every axle from row to row, with the friction of its track and the
+load of the row.
 """
 
 from __future__ import annotations
@@ -33,8 +33,17 @@ from contactlib.base.quantities import (
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
+from contactlib.runs.axle_loads import AxleLoads
 from contactlib.runs.initial_state import start
-from contactlib.runs.signals import OF_TRACKS, UNITS, Block, checked_signals, of_contacts, units
+from contactlib.runs.signals import (
+    OF_TRACKS,
+    SHARED,
+    UNITS,
+    Block,
+    checked_signals,
+    of_contacts,
+    units,
+)
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.batching import Copies
 from contactlib.traction.interface import STRONGEST, Controller
@@ -43,6 +52,7 @@ from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Brake, Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile
+from contactlib.vehicle.vehicle import MAX_AXLES
 
 LONGEST_STEP = 5e-3  # default limit of the time between rows [s]
 FRACTIONS = 50  # of a sample time that are tried for a step that is common to controllers
@@ -54,6 +64,7 @@ FADING = 1.0  # below a speed limit, over which traction falls to zero [m/s]
 STANDING = 1e-200  # speed [m/s] or angular velocity [rad/s] at which power limits no torque
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
 STATIC = Profile.of(1.0)  # factor on the load
+SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 
 
@@ -318,7 +329,7 @@ def checked_creepage(scenarios: Sequence[Scenario], creepage: float | None) -> f
 
 
 class Plant:
-    """Wheelsets of scenarios, stepped from one sample to the next under your own torques.
+    """Vehicles of scenarios, stepped from one sample to the next under your own torques.
 
     `run_scenario` and `run_many` use the same plant. At every sample it returns a measurement; it
     holds your torque, within the limits of the drive, until the next one. `copy.deepcopy` and
@@ -327,8 +338,8 @@ class Plant:
     Parameters
     ----------
     scenario : Scenario or sequence of Scenario
-        One wheelset, or n that are stepped side by side. The sensors of all have the same delay;
-        all have a dynamic load or none has.
+        One wheelset or vehicle, or n with equally many axles that are stepped side by side. The
+        sensors of all have the same delay; all have a dynamic load or none has.
     sample_time : float, optional
         Time from one sample to the next [s]. Default: 10 ms.
     step : float, optional
@@ -344,8 +355,8 @@ class Plant:
     ----------
     time : float
         Time of the present sample [s].
-    failed : ndarray of bool, shape (n,)
-        Wheelsets whose integrator gave up; their states are frozen.
+    axles : int
+        Number of axles of each vehicle.
 
     Raises
     ------
@@ -364,11 +375,6 @@ class Plant:
     '11.4 m/s, 70 kJ of slip'
     """
 
-    _units = UNITS
-    axles = 1  # that share one speed
-    _behind: Any = 0.0  # distance of each axle behind the first one of its vehicle [m]
-    measured_speed: Any = None  # of the block's rows [m/s], of a vehicle
-
     def __init__(
         self,
         scenario: Scenario | Sequence[Scenario],
@@ -385,13 +391,13 @@ class Plant:
                 raise ValueError(
                     f"expected a Scenario, got {shown(run)}: contactlib.load_scenario reads one"
                 )
-            if run.vehicle is not None:
-                raise ValueError(
-                    f"scenario has a vehicle of {run.vehicle.axles} axles: a plant is of single "
-                    "wheelsets; contactlib.runs.axles_of gives the scenario of each axle"
-                )
         if not given:
             raise ValueError("scenario = [] is too short: a plant has at least one wheelset")
+        if len(counts := {run.axles for run in given}) > 1:
+            raise ValueError(
+                f"scenarios have {sorted(counts)} axles: what is stepped together must have "
+                "equally many"
+            )
         sample_time = checked_number("sample_time", sample_time, SAMPLE_TIME)
         self._build(
             given,
@@ -410,10 +416,19 @@ class Plant:
         rows: int = 1,
     ) -> None:
         """Prepare what does not change from run to run, and so many rows of inputs."""
-        self._scenarios, self._timing = scenarios, timing
-        self._tolerance, self._creepage = tolerance, creepage
+        self._timing, self._tolerance, self._creepage = timing, tolerance, creepage
+        self._count, self.axles = len(scenarios), (axles := scenarios[0].axles)
+        self._behind = np.concatenate([one.position for one in scenarios])
+        self._axle = np.tile(np.arange(1, axles + 1), len(scenarios))
+        shares = [one.shares_of_demand for one in scenarios]  # of traction, of braking
+        self._driven, self._braked = np.concatenate(shares, axis=1)
+        vehicles = [one.vehicle for one in scenarios if one.vehicle]
+        self._scenarios = scenarios = [one for one in scenarios for _ in range(axles)]
         self.trains = [scenario.drivetrain for scenario in scenarios]
         self.tracks = [scenario.rails for scenario in scenarios]
+        self._with_brake = np.array([train.brake is not None for train in self.trains])
+        loads = AxleLoads(vehicles, self.trains, self.tracks, timing.step) if axles > 1 else None
+        self._axle_loads = loads
         bodies, n = [train.wheelset for train in self.trains], len(scenarios)
         self.fleet = self._native()
         self.radius = np.array([body.radius for body in bodies])
@@ -421,32 +436,35 @@ class Plant:
         self._speeds = ManyProfiles([scenario.held_speed or FREE for scenario in scenarios])
         self._radius = _numbers(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
+        self.measured_speed = np.zeros(self._inputs.shape)  # of the rows of a block [m/s]
         self._cleaning = np.array([track.cleaning for track in self.tracks])
         self._inputs["recovered"] = [track.recovered for track in self.tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
-        self._load = np.array([0.5 * body.element.axle_load for body in bodies])
-        loads = [scenario.dynamic_load or STATIC for scenario in scenarios]
-        self._load_factors = None if set(loads) == {STATIC} else ManyProfiles(loads)
+        self._load = np.array([0.5 * scenario.static_load for scenario in scenarios])
+        factors = [scenario.dynamic_load or STATIC for scenario in scenarios]
+        self._load_factors = None if set(factors) == {STATIC} else ManyProfiles(factors)
 
     @property
-    def _loads_change(self) -> bool:
-        """Whether loads differ from the nominal ones."""
-        return self._load_factors is not None
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether the integrator of each vehicle gave up, shape (n,); its states are frozen."""
+        return self._failed[:: self.axles]
 
     def _native(self) -> kernel.NativeFleet:
         """The drivetrains on their tracks in the kernel."""
-        return kernel.NativeFleet(
-            [t.member(track.native) for t, track in zip(self.trains, self.tracks, strict=True)]
-        )
+        pairs = zip(self.trains, (track.native for track in self.tracks), strict=True)
+        return kernel.NativeFleet([train.member(track) for train, track in pairs], self.axles)
 
     def _connect(self) -> None:
         """Let the kernel step the states in place."""
         self._commanded = self._inputs["commanded_torque"]
-        self._step_on = self.fleet.stepping(self._inputs, self._states, self._substeps, self.failed)
+        changed = self._states, self._substeps, self._failed
+        self._step_on = self.fleet.stepping(self._inputs, *changed)
         self._forces = np.zeros(len(self.trains), kernel.drivetrain_dtype("output"))
         self._find_forces = self.fleet.evaluating(self._inputs, self._states, self._forces)
         records = {"cleaned": self._inputs, "omega": self._states, "creep_force": self._forces}
         self._by_side = {name: _both_sides(array, name) for name, array in records.items()}
+        if self._axle_loads is not None:
+            self._axle_loads.connect(self._inputs, self._states, self._forces)
 
     def __getstate__(self) -> dict[str, Any]:
         """State for copies and pickles, without what belongs to the kernel."""
@@ -495,7 +513,7 @@ class Plant:
             If no steady state holds a first demand.
         """
         first = checked_whole("seed", seed, INDEX)
-        self._begin(range(first, first + len(self.trains)))
+        self._begin(range(first, first + self._count))
         for error in self.refused.values():
             raise error
         return self._given(self._measured(self._ahead(0, 1)[0][0]))
@@ -506,21 +524,24 @@ class Plant:
         Parameters
         ----------
         torque : array_like
-            Torque [N.m], one for all or n; the drive commands what its limits allow.
+            Torque [N.m], one for all, one for each of n vehicles or for each of their axles, shape
+            (n, axles); of a single vehicle (axles,). The drive commands what its limits allow.
 
         Raises
         ------
         ValueError
-            If a torque is out of range or there are not as many as wheelsets.
+            If a torque is out of range or there are not as many as vehicles or axles.
         RuntimeError
-            If the integrator of a plant of one wheelset gives up.
+            If the integrator of a plant of one vehicle gives up.
         """
         requested = checked("torque", torque, TORQUE)
-        if requested.shape not in ((), (len(self.trains),)):
-            raise ValueError(
-                f"torque has the shape {requested.shape}: must be () or ({len(self.trains)},)"
-            )
-        self._command(_numbers(requested))
+        shapes = dict.fromkeys([(), self._shape(shared=True), self._shape()])
+        if requested.shape not in shapes:
+            known = " or ".join(map(str, shapes))
+            raise ValueError(f"torque has the shape {requested.shape}: must be {known}")
+        if self.axles > 1 and requested.shape == self._shape(shared=True) != ():
+            requested = requested[:, np.newaxis]
+        self._command(_numbers(np.broadcast_to(requested, self._shape()).ravel()))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
@@ -535,7 +556,7 @@ class Plant:
     @property
     def units(self) -> Mapping[str, str]:
         """Units of the signals; there is a speed limit if a track has one."""
-        return {**self._units, **(units(OF_TRACKS) if self.has_limits else {})}
+        return {**UNITS, **(units(OF_TRACKS) if self.has_limits else {})}
 
     @property
     def time(self) -> float:
@@ -543,17 +564,26 @@ class Plant:
         return self._timing.step * self._row
 
     def __getitem__(self, name: str) -> Any:
-        """Value of a signal of `run_scenario` now: a number, or an array of shape (n,)."""
+        """Value of a signal of `run_scenario` now: a number, or an array of the shape of `step`."""
         if name not in self.units:
             known = {**self.units, **units(of_contacts())}
             if name not in known:
                 raise KeyError(f"{name!r} is not a signal: known are {', '.join(known)}")
             checked_signals([name], [train.wheelset.element for train in self.trains])
-        values = self.now()[name][0]
-        return float(values[0]) if self._single else np.array(values)
+        values = self.shaped(self.now()[name][0], shared=name in SHARED)
+        return values if values.shape else float(values)
+
+    def _shape(self, *, shared: bool = False) -> tuple[int, ...]:
+        """Shape of numbers of all axles, or of those that the axles of a vehicle share."""
+        vehicles = () if self._single else (self._count,)
+        return vehicles if shared or self.axles == 1 else (*vehicles, self.axles)
+
+    def shaped(self, values: FloatArray, *, shared: bool = False) -> FloatArray:
+        """New array of numbers of all axles by vehicle and axle, or of those that axles share."""
+        return values[:: self.axles if shared else 1].reshape(self._shape(shared=shared)).copy()
 
     def now(self) -> Block:
-        """All signals of `run_scenario` now, each computed on first use: shape (1, n)."""
+        """All signals of `run_scenario` now, each computed on first use: shape (1, n axles)."""
         inputs = self._inputs[:1]
         for given, values in self._ahead(self._row, 1)[1].items():
             inputs[given][0] = values[0]
@@ -570,15 +600,18 @@ class Plant:
     @cached_property
     def available(self) -> AvailableForce:
         """Largest creep forces that friction allows."""
-        return AvailableForce(self.trains, self.tracks, loaded=self._loads_change)
+        loaded = any(scenario.loads_change for scenario in self._scenarios)
+        return AvailableForce(self.trains, self.tracks, loaded=loaded)
 
     def _begin(self, index: Sequence[int]) -> None:
         """Set the first state, and the sensors' and the drives' memory."""
-        n = len(self.trains)
+        n, axles = len(self.trains), self.axles
+        if axles > 1:
+            index = [MAX_AXLES * i + axle for i in index for axle in range(axles)]
         sample_time = self._timing.step * self._timing.per_sample
         sensors = [one.sensors for one in self._scenarios]
         self._reader = SensorReader(
-            sensors, sample_time, index, radius=self.radius, numbers=n == 1, axles=self.axles
+            sensors, sample_time, index, radius=self.radius, numbers=n == 1, axles=axles
         )
         brakes = [one.brake for one in self.trains]
         braked = [brake is not None for brake in brakes]
@@ -586,8 +619,9 @@ class Plant:
         self._drives = Drives(motors, self.radius, sample_time, braked)
         self._inputs["commanded_brake"] = 0.0
         self._brakes: Brakes | None = None
+        self._measured_speed: Numbers = 0.0
         self._cleaned = np.zeros((n, 2))
-        self.failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
+        self._failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
         demand, held = self._ahead(0, 1)
@@ -598,17 +632,25 @@ class Plant:
         self._demand = self._possible(
             demand[0], np.array([one.initial_speed for one in self._scenarios])
         )
+        self._braking: Numbers = 0.0
         self._connect()
-        self._advance(0, 0, 0.0)  # sets the friction at the start
         applied = np.array([one.start == "applied" for one in self._scenarios])
         torque = np.where(applied, self._demand, 0.0)
-        begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
-        self._states[:], self.refused = begin.states, begin.refused
-        self._states["distance"] = -self._behind
-        self._torque = _numbers(begin.torque)
+        loads = self._axle_loads
+        for again in range(1 if loads is None else SETTLING):
+            if loads is not None:
+                loads.begin(at_rest=again == 0)
+            self._advance(0, 0, 0.0)  # sets the friction at the start
+            begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
+            self._states[:] = begin.states
+            self._states["distance"] = -self._behind
+            if loads is not None:
+                self._find_forces(0)
+        if loads is not None:
+            loads.begin(at_rest=False)
+        self._torque, self.refused = _numbers(begin.torque), begin.refused
         self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
-        self._braking: Numbers = 0.0
-        self.failed[list(self.refused)] = True
+        self.failed[[axle // axles for axle in self.refused]] = True
 
     def _measured(self, demand: FloatArray) -> Measurement[Any]:
         """Read the sensors; the drive's power limits the demand [N.m]."""
@@ -618,11 +660,19 @@ class Plant:
         self._turn = self._drives.turn(self._demand, speed)
         acting = self._turn * self._demand
         wheel, vehicle = self._reader.read(rim, speed, acting)
-        return Measurement(acting, wheel, vehicle, self._turn * self._torque, (wheel,))
+        self._measured_speed, torque = vehicle, self._turn * self._torque
+        if self.axles == 1:
+            return Measurement(acting, wheel, vehicle, torque, (wheel,))
+        demanded = np.where(self._reader.free, 0.0, acting)  # none of an axle on trial
+        every = np.repeat(wheel.reshape(-1, self.axles), self.axles, axis=0)
+        return Measurement(demanded, wheel, vehicle, torque, tuple(every.T), self._axle)
 
     def _possible(self, demand: FloatArray, speed: FloatArray) -> Numbers:
         """Part of the demand [N.m] that the drives and the limits of the line allow at a speed."""
         limit = self._limit_at(self._states["distance"])
+        if self.axles > 1:
+            brakes = np.where(self._with_brake, demand < 0.0, demand * speed < 0.0)
+            demand = demand * np.where(brakes, self._braked, self._driven)
         return self._drives.possible(_numbers(demand), _numbers(speed), limit)
 
     def _limit_at(self, distance: FloatArray) -> Numbers | None:
@@ -657,12 +707,15 @@ class Plant:
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as new arrays, or as numbers of one wheelset."""
-        if self._single:
+        if not self._shape():
             return measured
-        return measured.each(lambda part: np.full(len(self.trains), part))
+        return measured.each(lambda part: np.full(len(self.trains), part).reshape(self._shape()))
 
     def _advance(self, place: int, row: int, step: float) -> None:
         """Make the step of a row [s] under the inputs at a place."""
+        if self._axle_loads is not None:
+            self._axle_loads.before_step(place)
+        self.measured_speed[place] = self._measured_speed
         self._commanded[place] = self._torque
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
@@ -673,10 +726,15 @@ class Plant:
             self._after_step(place)
 
     def _after_step(self, place: int) -> None:
-        """Find how far either wheel cleans its rail, for the next step."""
-        if self._cleaning.any():
+        """Find the loads of the axles and how far rails are clean, for the next step."""
+        cleans, loads = self._cleaning.any(), self._axle_loads
+        if cleans or loads is not None:
             self._find_forces(place)
-            self._clean_by(self._cleaning_work())
+        work = self._cleaning_work() if cleans else None
+        if loads is not None:
+            loads.after_step(place, work)
+        if work is not None:
+            self._cleaned = -np.expm1(-self._cleaning[:, np.newaxis] * work)
 
     def _cleaning_work(self) -> FloatArray:
         """Slip work per length on either rail, shape (n, 2) [J/m]."""
@@ -685,10 +743,6 @@ class Plant:
         slip *= self._by_side["creep_force"]
         slip /= np.maximum(np.abs(speed), self._slowest[:, np.newaxis])
         return np.asarray(np.maximum(slip, 0.0))
-
-    def _clean_by(self, work: FloatArray) -> None:
-        """Set how far rails are clean after slip work per length, shape (n, 2) [J/m]."""
-        self._cleaned = -np.expm1(-self._cleaning[:, np.newaxis] * work)
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""
@@ -714,11 +768,11 @@ class Runs(Plant):
     scenarios : sequence of Scenario
         As for `Plant`; friction falls with slip speed in all of them or in none.
     control : TractionController
-        Controller of all runs, with parameters stacked.
+        Controller of all axles of all runs, with parameters stacked.
     timing : Timing
         Common rows and samples.
     index : sequence of int
-        Index of each run, from which its noise is drawn.
+        Index of each run, from which the noise of its axles is drawn.
     tolerance : float
         Relative error of each of the integrator's substeps [1].
     creepage : float, optional
@@ -732,11 +786,8 @@ class Runs(Plant):
         The drivetrains in the kernel.
     radius : ndarray
         Rolling radii [m].
-    failed : ndarray of bool
-        Runs that could not start, whose integrator gave up, or whose numbers overflowed; their
-        states are frozen.
     refused : dict
-        Errors of the runs that could not start, by position.
+        Errors of the axles that could not start, by position.
     """
 
     def __init__(
@@ -750,7 +801,8 @@ class Runs(Plant):
         creepage: float | None = None,
     ) -> None:
         self._control, self._memory = control, None
-        self._build(scenarios, timing, tolerance, creepage, max(1, BLOCK // len(scenarios)))
+        rows = max(1, BLOCK // (len(scenarios) * scenarios[0].axles))
+        self._build(scenarios, timing, tolerance, creepage, rows)
         self._begin(index)
 
     @property
@@ -758,9 +810,9 @@ class Runs(Plant):
         """Sentences on vehicles that creep now although their brakes hold all wheels."""
         states, speed = self._states, np.abs(self._states["speed"])
         held = (states["brake_torque"] > 0.0) & (np.abs(states["pads_left"]) < STICKING)
-        held &= ~self.failed & (speed > CREEPING) & (speed < self._slowest)
+        held &= (speed > CREEPING) & (speed < self._slowest)
         held &= [not train.wheelset.element.memory for train in self.trains]
-        vehicles = held.reshape(-1, self.axles).any(axis=1)
+        vehicles = held.reshape(-1, self.axles).any(axis=1) & ~self.failed
         return [
             f"at the end the brake holds the wheels and the vehicle creeps at {value:.2g} m/s, as "
             "its contacts have no memory; add memory = true to [contact]"
@@ -787,7 +839,8 @@ class Runs(Plant):
                         self._control_at(row, self._measured(demand[i]))
                     demand[i] = self._demand
                     self._advance(i, row, self._timing.step if row < rows - 1 else 0.0)
-                self.failed |= ~np.isfinite(now.reshape(self.failed.size, -1)).all(axis=1)
+                failed = self.failed
+                failed |= ~np.isfinite(now.reshape(failed.size, -1)).all(axis=1)
                 yield Block(
                     self._timing.times(first + done, count),
                     demand,
@@ -804,7 +857,7 @@ class Runs(Plant):
         if row == 0:
             self._memory = self._called("start", row, measured, measured.torque)
         answer = self._called("sample", row, measured, self._memory)
-        shape = self.failed.shape
+        shape = self._failed.shape
         if row == 0 and not (
             isinstance(answer, tuple) and len(answer) == 2 and np.shape(answer[0]) in ((), shape)
         ):

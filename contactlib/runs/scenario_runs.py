@@ -26,9 +26,8 @@ from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
 from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
 from contactlib.runs.result import Result
-from contactlib.runs.signals import UNITS, Block, checked_signals
+from contactlib.runs.signals import SHARED, UNITS, Block, checked_signals
 from contactlib.runs.simulation import simulate
-from contactlib.runs.vehicle_runs import VehicleResult, VehicleRuns
 from contactlib.traction import stacked, structure
 from contactlib.traction.interface import Controller, checked_controller
 from contactlib.traction.sensors import INDEX, checked_indices
@@ -40,14 +39,14 @@ LONGEST_STEP = 10e-3  # default limit of the time between rows of many runs [s]
 FLEET = 2048  # runs side by side: their states and memories fit into a core's cache
 KEPT = 500_000  # rows of runs side by side that are kept for metrics, of 0.2 kB each
 FAILED = "failed"
-Metric = Callable[[Any], float]  # of a Result, or of a VehicleResult
+Metric = Callable[[Any], float]  # of a Result
 
 
 class Kept:
-    """Keeps all signals of all rows of runs."""
+    """Keeps all signals of all rows of runs of vehicles with so many axles."""
 
-    def __init__(self, when: Timing, units: Mapping[str, str]) -> None:
-        self._when, self._done, self._units = when, 0, units
+    def __init__(self, when: Timing, units: Mapping[str, str], axles: int) -> None:
+        self._when, self._done, self._units, self._axles = when, 0, units, axles
         self._parts: dict[str, list[FloatArray]] = {name: [] for name in units}
 
     def add(self, block: Block) -> float:
@@ -59,7 +58,14 @@ class Kept:
 
     def results(self) -> Iterator[Result]:
         """Result of each run."""
-        whole = {name: np.concatenate(parts).T.copy() for name, parts in self._parts.items()}
+        whole = {}
+        for name, parts in self._parts.items():
+            rows = np.concatenate(parts)
+            if name in SHARED or self._axles == 1:
+                whole[name] = rows[:, :: self._axles].T.copy()
+            else:
+                by_axle = rows.reshape(len(rows), -1, self._axles)
+                whole[name] = by_axle.swapaxes(0, 1).copy()
         for i in range(len(whole["speed"])):
             signals = {name: rows[i] for name, rows in whole.items()}
             yield Result(self._when.times(0, self._when.rows), signals, self._units)
@@ -76,12 +82,12 @@ def run_scenario(
     tolerance: float | None = None,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
-    """Run a scenario under one controller.
+    """Run a scenario under one controller, which each axle of a vehicle has a copy of.
 
     Parameters
     ----------
     scenario : Scenario
-        Vehicle, track, demand and sensors.
+        Wheelset or vehicle, track, demand and sensors.
     controller : str, SampledController, TractionController, TorqueControl or CreepControl
         Name of one of the scenario's controllers, or an object of your own; the run works on a copy
         of it. The last two are continuous: `simulate` runs them and determines the rows.
@@ -100,8 +106,8 @@ def run_scenario(
         `contactlib.runs.signals.of_contacts`, of both wheels or of one. Any other run computes none
         of them.
     tolerance : float, optional
-        Relative error of each of the integrator's substeps [1]. Default: 1e-7; under a continuous
-        controller 1e-9, as for `simulate`.
+        Relative error of each of the integrator's substeps [1]. Default: 1e-7, for vehicles of
+        several axles 1e-5; under a continuous controller 1e-9, as for `simulate`.
     progress : callable, optional
         Called with the fraction of the duration that is done, from 0 to 1.
 
@@ -127,29 +133,35 @@ def run_scenario(
         If the run's rim speed, slip work or creepage would destroy a vehicle, or it leaves the map
         of its track or never meets it, or its load makes a line contact with memory shorter than
         four semi-widths.
+
+    Notes
+    -----
+    With the default tolerance, creep forces of the shipped vehicles are right to 4e-5 of friction,
+    and their energy closes to 5e-10 of the work (to 3e-7 in starts without memory). Rows of 5 ms,
+    over which loads are held, err by 1.5e-3 of friction at most, where an axle slips away, and by
+    2e-5 in the mean. Rails that axles clean are held too: `four_axles.toml` then errs by 0.09 at
+    most and 5e-4 in the mean, in proportion to the rows.
     """
     _check_scenario(scenario)
-    if scenario.vehicle is not None:
-        raise ValueError(
-            f"scenario has a vehicle of {scenario.vehicle.axles} axles: run_vehicle runs it"
-        )
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
     if isinstance(given, ContinuousController):
         fine = 1e-9 if tolerance is None else tolerance
         return _continuous_run(scenario, given, initial_creepage, step, signals, fine, progress)
     control = _chosen(scenario, controller)
-    tolerance = checked_number("tolerance", 1e-7 if tolerance is None else tolerance, TOLERANCE)
+    if tolerance is None:
+        tolerance = 1e-7 if scenario.axles == 1 else 1e-5
+    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
     index = checked_whole("index", index, INDEX)
     initial_creepage = checked_creepage([scenario], initial_creepage)
     more = checked_signals(signals, [scenario.drivetrain.wheelset.element])
     when = timing(scenario, control.sample_time, step)
-    whole = stacked([control])
+    whole = stacked([control] * scenario.axles)
     runs = Runs(
         [scenario], whole, when, index=[index], tolerance=tolerance, creepage=initial_creepage
     )
-    for error in runs.refused.values():
-        raise error
-    kept = Kept(when, {**runs.units, **more})
+    for place, error in runs.refused.items():
+        raise error if scenario.axles == 1 else ValueError(f"axle {place + 1}: {error}")
+    kept = Kept(when, {**runs.units, **more}, scenario.axles)
     for block in runs.blocks():
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
@@ -157,91 +169,12 @@ def run_scenario(
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
         progress(kept.add(block))
     result = next(kept.results())
-    warn_of_damage(result)
+    for axle in result.by_axle:
+        warn_of_damage(axle)
     distance, load = result["distance"], float(result["axle_load"].max())
     for warning in (
         scenario.rails.warning(float(distance.min()), float(distance.max())),
         scenario.drivetrain.wheelset.element.warning(load),
-        *runs.creeping,
-    ):
-        if warning:
-            warn(warning)
-    return result
-
-
-def run_vehicle(
-    scenario: Scenario,
-    controller: str | Controller,
-    *,
-    index: int = 0,
-    step: float | None = None,
-    signals: Collection[str] = (),
-    tolerance: float = 1e-5,
-    progress: Callable[[float], object] = lambda part: None,
-) -> VehicleResult:
-    """Run a scenario of a vehicle, each axle under a copy of one controller.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A scenario with `vehicle`.
-    controller : str, SampledController or TractionController
-        Name of one of the scenario's controllers, or an object of your own.
-    index : int, optional
-        Index of the run, from which the noise of each axle's sensors is drawn.
-    step : float, optional
-        Time between rows, over which friction and loads are held [s]. Default: as for
-        `run_scenario`.
-    signals : collection of str, optional
-        More signals of the axles, as for `run_scenario`.
-    tolerance : float, optional
-        Relative error of each of the integrator's substeps [1]. With the default, creep forces of
-        the shipped vehicles are right to 4e-5 of friction, and their energy closes to 5e-10 of the
-        work (to 3e-7 in starts without memory). Rows of 5 ms, over which loads are held, err by
-        1.5e-3 of friction at most, where an axle slips away, and by 2e-5 in the mean. Rails that
-        axles clean are held too: `four_axles.toml` then errs by 0.09 at most and 5e-4 in the mean,
-        in proportion to the rows.
-    progress : callable, optional
-        Called with the fraction of the duration that is done, from 0 to 1.
-
-    Returns
-    -------
-    VehicleResult
-        Signals of `run_scenario` of each axle, and those of
-        `contactlib.runs.vehicle_runs.VEHICLE_UNITS`; the distance is that of the axle.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range, or no steady state holds the first demand.
-    RuntimeError
-        If the integrator gives up, or the controller raises an error.
-    """
-    chosen = _chosen(scenario, controller)
-    if scenario.vehicle is None:
-        raise ValueError(
-            "scenario.vehicle = None: run_scenario runs a wheelset; a vehicle's scenario file has "
-            "[vehicle]"
-        )
-    tolerance = checked_number("tolerance", tolerance, TOLERANCE)
-    index = checked_whole("index", index, INDEX)
-    more = checked_signals(signals, [scenario.drivetrain.wheelset.element])
-    when = timing(scenario, chosen.sample_time, step)
-    control = stacked([chosen] * scenario.vehicle.axles)
-    runs = VehicleRuns([scenario], control, when, index=[index], tolerance=tolerance)
-    for number, error in runs.refused.items():
-        raise ValueError(f"axle {number + 1}: {error}")
-    kept = Kept(when, {**runs.units, **more})
-    for block in runs.blocks():
-        if runs.failed.any():
-            raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
-        progress(kept.add(block))
-    result = VehicleResult(tuple(kept.results()), scenario.vehicle)
-    for axle in result.axles:
-        warn_of_damage(axle)
-    places = result["distance"]
-    for warning in (
-        scenario.rails.warning(float(places.min()), float(places.max())),
         *runs.creeping,
     ):
         if warning:
@@ -273,7 +206,12 @@ def _continuous_run(
         progress=progress,
     )
     conditions = {name: result[name] for name in ("speed", "axle_load", "friction_scale")}
-    known = {**result.signals, "available_force": available_force(wheelset.element, **conditions)}
+    known = {
+        **result.signals,
+        "available_force": available_force(wheelset.element, **conditions),
+        "brake_torque": np.zeros_like(result.time),
+        "measured_speed": result["speed"].copy(),  # it uses the true state
+    }
     units = {**UNITS, **result.units}
     return Result(result.time, {name: known[name] for name in units}, units, result.events)
 
@@ -393,7 +331,7 @@ def run_many(
     controls = [_chosen(scenario, controller) for scenario in scenarios]
     more = checked_signals(signals, [case.drivetrain.wheelset.element for case in scenarios])
     groups = list(_groups(scenarios, controls, steps, KEPT if metrics else None))
-    work = sum(when.rows * sum(_axles(scenarios[i]) for i in places) for when, places in groups)
+    work = sum(when.rows * sum(scenarios[i].axles for i in places) for when, places in groups)
     done, extensions = 0, extended(outcomes)
     work *= 2 if extensions else 1  # the runs on uniform friction take as long
     noted: list[str] = []
@@ -404,25 +342,22 @@ def run_many(
         progress(done / work)
 
     for when, places in groups:
-        axles = _axles(scenarios[places[0]])
-        runs = (VehicleRuns if axles > 1 else Runs)(
+        axles = scenarios[places[0]].axles
+        runs = Runs(
             [scenarios[i] for i in places],
             stacked([controls[i] for i in places for _ in range(axles)]),
             when,
             index=[index[i] for i in places],
             tolerance=tolerance,
         )
-        kept = Kept(when, {**runs.units, **more}) if metrics else None
+        kept = Kept(when, {**runs.units, **more}, axles) if metrics else None
         for name, values in _watch(runs, outcomes, kept, report, noted).items():
             columns[name][places] = values
-        failed = np.asarray(runs.failed.reshape(-1, axles).any(axis=1))
+        failed = runs.failed
         for name in outcomes:
             columns[name][places] = np.where(failed, np.nan, columns[name][places])
         columns[FAILED][places] = failed
-        results = zip(*[kept.results()] * axles, strict=True) if kept else ()
-        for i, of_axles in enumerate(results):
-            vehicle = scenarios[places[i]].vehicle
-            result = VehicleResult(of_axles, vehicle) if vehicle else of_axles[0]
+        for i, result in enumerate(kept.results() if kept else ()):
             for name, metric in metrics.items() if not failed[i] else ():
                 columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
@@ -463,7 +398,7 @@ def checked_metrics(
     return metrics or {}
 
 
-def _measured(name: str, metric: Metric, result: Result | VehicleResult) -> float:
+def _measured(name: str, metric: Metric, result: Result) -> float:
     try:
         answer: object = metric(result)
     except USERS_ERRORS as error:
@@ -476,11 +411,6 @@ def _measured(name: str, metric: Metric, result: Result | VehicleResult) -> floa
             f"none{hint}"
         )
     return number
-
-
-def _axles(scenario: Scenario) -> int:
-    """Number of wheelsets that a scenario runs."""
-    return 1 if scenario.vehicle is None else scenario.vehicle.axles
 
 
 def _watch(
@@ -510,7 +440,7 @@ def _watch(
     of_maps = [track.warning(*place) for track, *place in ends]
     loaded = zip(runs.trains, largest.tolist(), strict=True)
     of_loads = [train.wheelset.element.warning(load) for train, load in loaded]
-    failed = [*runs.failed, *runs.failed]
+    failed = np.tile(np.repeat(runs.failed, runs.axles), 2)
     noted += [
         text for text, fails in zip(of_maps + of_loads, failed, strict=True) if text and not fails
     ]
@@ -541,12 +471,12 @@ def _groups(
         if late not in delays:
             delays[late] = scenario.sensors.samples_of_delay(control.sample_time)
         falls = scenario.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        loads = scenario.dynamic_load is None, _axles(scenario)
+        loads = scenario.loads_change, scenario.axles
         kind = scenario.drivetrain.kind, falls, loads, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)
     for (_, when, *_), places in groups.items():
         side_by_side = FLEET if rows is None else min(FLEET, rows // when.rows)
-        limit = max(1, side_by_side // _axles(scenarios[places[0]]))
+        limit = max(1, side_by_side // scenarios[places[0]].axles)
         for start in range(0, len(places), limit):
             yield when, places[start : start + limit]

@@ -25,6 +25,7 @@ class Source(Protocol):
     fleet: kernel.NativeFleet
     radius: FloatArray
     axles: int  # of each vehicle
+    measured_speed: FloatArray  # vehicle speed that the controllers get, of the block's rows [m/s]
 
     @property
     def available(self) -> AvailableForce | None:
@@ -32,10 +33,6 @@ class Source(Protocol):
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """Speed limits of the tracks at distances of shape (rows, n) [m/s]."""
-
-    @property
-    def measured_speed(self) -> FloatArray | None:
-        """Measured vehicle speed of the block's rows [m/s]; None of a single wheelset."""
 
 
 class Signal(NamedTuple):
@@ -71,11 +68,10 @@ SIGNALS = {  # of sampled runs, in this order; `Block` computes those that the k
     "loss_work": Signal("J", "work of the damping"),
     "stored_energy": Signal("J", "kinetic energy, and that of the twisted axle"),
     "energy_defect": Signal("J", "error of the energy balance"),
-}
-OF_VEHICLES = {  # beside those
     "brake_torque": Signal("N.m", "torque of the brake against the rotation"),
     "measured_speed": Signal("m/s", "vehicle speed that the controllers get"),
 }
+SHARED = ("speed", "acceleration", "speed_limit")  # by the axles of a vehicle
 OF_TRACKS = {"speed_limit": Signal("m/s", "speed from which the driver demands no traction")}
 CONTINUOUS = {  # of a run under a continuous controller, before those of sampled runs
     "omega": SIGNALS["omega"]._replace(sides=False),
@@ -165,7 +161,7 @@ def checked_signals(names: Iterable[str], elements: Collection[ForceElement]) ->
 
 def long_name(name: str) -> str:
     """Describe a signal; of any other name its words."""
-    known = {**SIGNALS, **OF_VEHICLES, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
+    known = {**SIGNALS, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
     both, _, side = name.rpartition("_")
     if name not in known and side in SIDES and both in known:
         return f"{known[both].description}, {side} wheel"
@@ -265,8 +261,7 @@ class Block:
         return np.asarray(np.repeat(shared, axles, axis=1))
 
     def _measured_speed(self) -> FloatArray:
-        measured: Any = self._source.measured_speed
-        return np.asarray(measured[: self.time.size])
+        return self._source.measured_speed[: self.time.size]
 
     def _speed_limit(self) -> FloatArray:
         return self._source.speed_limit(self["distance"])
@@ -311,5 +306,5 @@ def energy_defect(signals: Values, stored_at_start: FloatArray) -> FloatArray:
 COMPUTED: Mapping[str, Callable[[Block], FloatArray]] = {
     name.removeprefix("_"): method
     for name, method in vars(Block).items()
-    if name.removeprefix("_") in {*SIGNALS, *OF_VEHICLES, *OF_TRACKS}
+    if name.removeprefix("_") in {*SIGNALS, *OF_TRACKS}
 }

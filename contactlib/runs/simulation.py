@@ -231,7 +231,7 @@ class SingleWheelset:
     radius: FloatArray
     axles: int = 1
     available: None = None
-    measured_speed: None = None
+    measured_speed: Any = None
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """No limit: continuous controllers have no track."""
@@ -284,7 +284,8 @@ def continuous_result(
     source = SingleWheelset(Drivetrain(wheelset).native, np.array([wheelset.radius]))
     block = Block(columns["time"], demand[:, np.newaxis], inputs, states, source, [])
     given = {**units(CONTINUOUS), "reference": units(CONTINUOUS)[controller.prescribes], **UNITS}
-    del given["available_force"]
+    for name in ("available_force", "brake_torque", "measured_speed"):
+        del given[name]
     if "drive_work" not in columns:
         left_out = {"distance", "stored_energy", "energy_defect", *WORKS}
         given = {name: unit for name, unit in given.items() if name not in left_out}

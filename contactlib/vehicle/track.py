@@ -484,7 +484,7 @@ class RailState:
     """Slip work on both rails of a track by the axles of trains, for those that come after.
 
     Each axle finds the friction that the axles before it have left, by the work of all of them; in
-    reverse running the last axle comes first. `run_vehicle` uses it, and your own model of a train
+    reverse running the last axle comes first. `run_scenario` uses it, and your own model of a train
     can.
 
     Parameters

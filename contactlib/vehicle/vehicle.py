@@ -234,7 +234,7 @@ class Vehicle(Parameters):
         tiny = np.finfo(float).tiny
         squares = np.maximum((places**2).sum(axis=1, keepdims=True), tiny)
         arm = (places / squares)[..., np.newaxis]
-        lever = pivots / max(pivots @ pivots, tiny)
+        lever = pivots / np.maximum(pivots @ pivots, tiny)
         by_turning = arm.reshape(-1, 1) * np.kron(np.eye(bogies), np.ones((axles, axles)))
         if axles == 1:  # such a bogie carries no moment: it hands its own to the body
             body += bogie.sum(axis=0)

@@ -23,7 +23,6 @@ import contactlib as cl
 from contactlib.base.units import UNITS
 from contactlib.files.scenario import KINDS, SECTIONS
 from contactlib.files.sections import VEHICLE_SECTIONS
-from contactlib.runs import run_vehicle
 
 pytestmark = pytest.mark.filterwarnings("ignore::contactlib.base.quantities.InputWarning")
 
@@ -207,11 +206,7 @@ class Run(NamedTuple):
 def run_of(folder: Path, sections: Sections, **options: Any) -> Run:
     scenario = cl.load_scenario(written(folder, sections))
     options = {"tolerance": 1e-7, **options}
-    result: Any
-    if scenario.vehicle is None:
-        result = cl.run_scenario(scenario, "tested", **options)
-    else:
-        result = run_vehicle(scenario, "tested", **options)
+    result = cl.run_scenario(scenario, "tested", **options)
     element = scenario.drivetrain.wheelset.element
     rows = result.time.size
     signals = {name: np.reshape(result[name], (rows, -1)) for name in result.units}

@@ -379,18 +379,18 @@ def vehicle(case: Case) -> None:
     rolling = {"held_speed": None, "run": {"duration": 1.0, "initial_speed": 10.0}}
     file = case.write_scenario("axles.toml", {"vehicle": axles, **rolling})
     scenario = cl.load_scenario(file)
-    run = cl.runs.run_vehicle(scenario, "open_loop", tolerance=1e-9)
+    run = cl.run_scenario(scenario, "open_loop", tolerance=1e-9)
     work = np.abs(run.total("drive_work")).max() + np.abs(run.total("creep_work")).max()
     assert np.abs(run.total("energy_defect")).max() < 1e-8 * work
     if "track" in case.feature.sections:  # axles that come one after the other
-        for axle in run.axles:
+        for axle in run.by_axle:
             there = scenario.rails.friction_scale(axle["distance"], 0.0)[:, 0]
             clean = scenario.rails.recovered if scenario.rails.cleaning else 0.0
             scale = axle["friction_scale_left"]
             same(np.clip(scale, there, np.maximum(there, clean)), scale, 1e-12)
         return
-    alone = cl.run_scenario(cl.runs.axles_of(scenario)[0], "open_loop", tolerance=1e-9)
-    for axle in run.axles:
+    alone = cl.run_scenario(replace(scenario, vehicle=None), "open_loop", tolerance=1e-9)
+    for axle in run.by_axle:
         same(axle["creep_force"], alone["creep_force"], 1e-8, np.abs(alone["creep_force"]).max())
 
 

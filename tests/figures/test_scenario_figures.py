@@ -20,7 +20,7 @@ import contactlib as cl
 from contactlib.cli.report import track_text
 from contactlib.figures import Units, comparison, run_name, scenario_run
 from contactlib.figures.style import drivetrain_setting, setting
-from contactlib.runs import Metrics, VehicleMetrics
+from contactlib.runs import Metrics
 from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 
 CAPTION = "$J$ 250 kg m$^2$, $r$ 0.5 m. Sensors: delay 10 ms."
@@ -225,7 +225,7 @@ def test_a_heading_says_where_a_stop_is_counted_from(wet: cl.Scenario) -> None:
         speed = np.maximum(10.0 - np.maximum(time - 2.0, 0.0), last)
         slowed = {"demand": np.full_like(time, demand), "creep_force": np.full_like(time, -1e4)}
         run = made_up(wet, time, speed=speed, **slowed)
-        whole = VehicleMetrics(*[math.nan] * len(VehicleMetrics._fields))
+        whole = Metrics(*[math.nan] * len(Metrics._fields))
         whole = whole._replace(distance=70.0, stopping_distance=61.0, slip_work=0.0)
         axes = comparison({"a": run}, {"a": whole}, title="", caption="").axes[0]
         assert axes.get_title("left").endswith(f"slip work 0 J{text}")
@@ -367,7 +367,7 @@ def test_a_stop_shows_speeds_and_its_distance() -> None:
         _, rim, _ = checks.lines(axes, "wheel rim")
         assert_allclose(rim, run["speed"] + run["slip_velocity"])
         title = figure.axes[list(stops).index(name)].get_title("left")
-        assert title.endswith(f"stops {run['distance'][-1]:.0f} m from the start")
+        assert title.endswith(f"\n{run['distance'][-1]:.0f} m from the start")
     checks.check_layout(figure)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import figure_checks as checks
@@ -16,8 +15,8 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 import contactlib as cl
-from contactlib.figures import page_size, vehicle_comparison, vehicle_creep_curve, vehicle_run
-from contactlib.runs import Metrics, VehicleResult, run_vehicle, vehicle_metrics
+from contactlib.figures import comparison, page_size, scenario_run, vehicle_creep_curve
+from contactlib.runs import Metrics
 
 CAPTION = "Each of 4 axles at 0, 3, 9.9 and 12.9 m: k_hat 0.3."
 
@@ -28,21 +27,23 @@ def scenario() -> cl.Scenario:
 
 
 @pytest.fixture(scope="module")
-def run() -> VehicleResult:
-    return run_vehicle(scenario(), "creep_pi")
+def run() -> cl.Result:
+    return cl.run_scenario(scenario(), "creep_pi")
 
 
 @pytest.fixture(scope="module")
-def axles(run: VehicleResult) -> list[Metrics]:
-    return [cl.metrics(axle, scenario().drivetrain) for axle in run.axles]
+def axles(run: cl.Result) -> list[Metrics]:
+    return [cl.metrics(axle, scenario().drivetrain) for axle in run.by_axle]
 
 
-def changed(run: VehicleResult, number: int, **given: Any) -> VehicleResult:
+def changed(run: cl.Result, number: int, **given: Any) -> cl.Result:
     """A result whose axle of a number has other signals."""
-    axles = list(run.axles)
-    signals = MappingProxyType({**axles[number - 1].signals, **given})
-    axles[number - 1] = cl.Result(run.time, signals, run.units)
-    return replace(run, axles=tuple(axles))
+    signals = {**run.signals, **given}
+    for name in given:
+        if run[name].ndim > 1:
+            signals[name] = run[name].copy()
+            signals[name][:, number - 1] = given[name]
+    return replace(run, signals=signals)
 
 
 def panels(figure: Figure) -> np.ndarray:
@@ -59,14 +60,14 @@ def drawn(axes: Axes) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("over", ["time", "distance"])
 def test_axles_can_be_read_on_one_scale(
-    run: VehicleResult, axles: list[Metrics], over: str, tmp_path: Path
+    run: cl.Result, axles: list[Metrics], over: str, tmp_path: Path
 ) -> None:
-    figure = vehicle_run(run, axles, title="Wet: creep control", caption=CAPTION, over=over)
+    figure = scenario_run(run, axles, title="Wet: creep control", caption=CAPTION, over=over)
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
     grid = panels(figure)
-    for column, axle, metrics in zip(grid.T, run.axles, axles, strict=True):
+    for column, axle, metrics in zip(grid.T, run.by_axle, axles, strict=True):
         force, load, torque, speed, friction = column
         assert_allclose(drawn(force), 1e-3 * axle["creep_force"])
         assert_allclose(np.asarray(load.lines[0].get_ydata()), 1e-3 * axle["axle_load"])
@@ -85,12 +86,12 @@ def test_axles_can_be_read_on_one_scale(
 
 @pytest.mark.parametrize("size", [None, "16:9", "7x9"])
 def test_axles_stand_side_by_side_on_a_slide_alone(
-    run: VehicleResult, axles: list[Metrics], size: str | None
+    run: cl.Result, axles: list[Metrics], size: str | None
 ) -> None:
     """In a text that is 7.3 inches wide their letters keep more than four fifths of their size."""
     wheelset = scenario().drivetrain.wheelset
     with page_size(size):
-        whole = vehicle_run(run, axles, title="", caption="")
+        whole = scenario_run(run, axles, title="", caption="")
         curve = vehicle_creep_curve(run, wheelset, title="", caption="")
     for figure in (whole, curve):
         places = [axes.get_subplotspec() for axes in figure.axes]
@@ -100,22 +101,22 @@ def test_axles_stand_side_by_side_on_a_slide_alone(
             assert 7.3 / figure.get_figwidth() > 0.8
 
 
-def test_no_axle_leaves_the_scale_of_the_first(run: VehicleResult, axles: list[Metrics]) -> None:
+def test_no_axle_leaves_the_scale_of_the_first(run: cl.Result, axles: list[Metrics]) -> None:
     """The first axle's torque does not come to zero, and a later one's is larger."""
     for number, torque in ((1, 20e3), (2, 40e3), (3, 30e3), (4, 35e3)):
         held = torque * (1.0 + 0.1 * run.time)
         run = changed(run, number, drive_torque=held, demand=held)
-    grid = panels(vehicle_run(run, axles, title="", caption=""))
+    grid = panels(scenario_run(run, axles, title="", caption=""))
     assert {axes.get_ylim()[0] for axes in grid[2]} == {0.0}
     assert min(axes.get_ylim()[1] for axes in grid[2]) >= 1e-3 * 40e3 * 1.6
 
 
-def test_a_path_ends_where_the_axle_is(run: VehicleResult, tmp_path: Path) -> None:
+def test_a_path_ends_where_the_axle_is(run: cl.Result, tmp_path: Path) -> None:
     wheelset = scenario().drivetrain.wheelset
     figure = vehicle_creep_curve(run, wheelset, title="Wet: creep control", caption=CAPTION)
     checks.check_all(figure, tmp_path)
     assert {axes.get_xscale() for axes in figure.axes} == {"linear"}
-    for axes, axle in zip(figure.axes, run.axles, strict=True):
+    for axes, axle in zip(figure.axes, run.by_axle, strict=True):
         worst, best, *path, end = axes.lines
         ratio = axle["creep_force"] / axle["axle_load"]
         assert checks.place(end) == pytest.approx((axle["creepage"][-1], ratio[-1]))
@@ -126,10 +127,10 @@ def test_a_path_ends_where_the_axle_is(run: VehicleResult, tmp_path: Path) -> No
         assert low < np.nanmax(values) < 1.03 * high
 
 
-def test_a_curve_is_that_of_the_friction_met(run: VehicleResult) -> None:
+def test_a_curve_is_that_of_the_friction_met(run: cl.Result) -> None:
     """Under even friction there is one curve; in braking the force is drawn upward as well."""
     ones = dict.fromkeys(("friction_scale_left", "friction_scale_right"), np.ones_like(run.time))
-    signs = {name: -run.axles[0][name] for name in ("creepage", "creep_force", "slip_velocity")}
+    signs = {name: -run.axle(1)[name] for name in ("creepage", "creep_force", "slip_velocity")}
     wheelset = scenario().drivetrain.wheelset
     figure = vehicle_creep_curve(
         changed(run, 1, **ones, **signs), wheelset, title="", caption=CAPTION
@@ -143,16 +144,16 @@ def test_a_curve_is_that_of_the_friction_met(run: VehicleResult) -> None:
     assert min(np.nanmin(np.asarray(line.get_ydata())) for line in path) > -1e-3
 
 
-def test_creepages_of_a_wheel_that_slips_away_are_logarithmic(run: VehicleResult) -> None:
-    slip = np.where(run.time > 5.0, 3.0, run.axles[1]["creepage"])
-    away = changed(run, 2, creepage=slip, slip_velocity=slip * run["speed"][:, 1])
+def test_creepages_of_a_wheel_that_slips_away_are_logarithmic(run: cl.Result) -> None:
+    slip = np.where(run.time > 5.0, 3.0, run.axle(2)["creepage"])
+    away = changed(run, 2, creepage=slip, slip_velocity=slip * run["speed"])
     figure = vehicle_creep_curve(away, scenario().drivetrain.wheelset, title="", caption="")
     for axes in figure.axes:
         assert axes.get_xscale() == "log"
         assert axes.get_xlim()[1] == pytest.approx(6.0)
 
 
-def test_a_path_is_drawn_where_it_can_be_read(run: VehicleResult) -> None:
+def test_a_path_is_drawn_where_it_can_be_read(run: cl.Result) -> None:
     """Down to the contact's minimum speed, without jumps from row to row, thin where it repeats."""
     wheelset = scenario().drivetrain.wheelset
     slow = np.interp(run.time, (0.0, 5.0, 6.0), (1.0, 1.0, 0.0))
@@ -176,12 +177,10 @@ def test_a_path_is_drawn_where_it_can_be_read(run: VehicleResult) -> None:
 
 
 @pytest.mark.slow
-def test_whole_vehicles_are_compared_by_sums_and_extremes(
-    run: VehicleResult, tmp_path: Path
-) -> None:
-    runs = {"creep_pi": run, "open_loop": run_vehicle(scenario(), "open_loop")}
-    metrics = {name: vehicle_metrics(one, scenario().drivetrain) for name, one in runs.items()}
-    figure = vehicle_comparison(runs, metrics, title="Wet rails", caption=CAPTION)
+def test_whole_vehicles_are_compared_by_sums_and_extremes(run: cl.Result, tmp_path: Path) -> None:
+    runs = {"creep_pi": run, "open_loop": cl.run_scenario(scenario(), "open_loop")}
+    metrics = {name: cl.metrics(one, scenario().drivetrain) for name, one in runs.items()}
+    figure = comparison(runs, metrics, title="Wet rails", caption=CAPTION)
     checks.check_axes(figure)
     checks.check_layout(figure)
     checks.check_saved(figure, tmp_path)
@@ -196,12 +195,12 @@ def test_whole_vehicles_are_compared_by_sums_and_extremes(
         )
 
 
-def test_an_unknown_axis_is_refused(run: VehicleResult, axles: list[Metrics]) -> None:
+def test_an_unknown_axis_is_refused(run: cl.Result, axles: list[Metrics]) -> None:
     with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
-        vehicle_run(run, axles, title="", caption="", over="place")
+        scenario_run(run, axles, title="", caption="", over="place")
 
 
-def test_a_vehicle_that_stands_has_no_path(run: VehicleResult) -> None:
+def test_a_vehicle_that_stands_has_no_path(run: cl.Result) -> None:
     wheelset = scenario().drivetrain.wheelset
     figure = vehicle_creep_curve(run, wheelset, title="", caption="", minimum_speed=100.0)
     for axes in figure.axes:

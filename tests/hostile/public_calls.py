@@ -148,7 +148,6 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "point": point,
     "RailState distance": lambda: np.zeros(2),
     "reference": two_points,
-    "run_vehicle scenario": vehicle_scenario,
     "scenario": scenario,
     "scenarios": lambda: [scenario()],
     "sensors": Sensors,

@@ -291,7 +291,7 @@ def test_a_run_with_loads_by_statics_slips_away_alike(
         duration=duration,
         controllers={"open_loop": OpenLoop(sample_time=0.002)},
     )
-    statics = cl.runs.run_vehicle(scenario, "open_loop")
+    statics = cl.run_scenario(scenario, "open_loop")
     times = [
         [float(time[slipping.argmax()]) for slipping in (creepage > 0.05).T]
         for time, creepage in ((run.time, run.creepage), (statics.time, statics["creepage"]))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib.runs import VehicleResult, run_vehicle, vehicle_metrics
 
 WITHIN = 0.05  # of the speed: limit of the estimate's error
 
@@ -25,16 +24,16 @@ def coach(duration: float, *, slippery: bool = False, locks: bool = False) -> cl
     return scenario
 
 
-def time_off(result: VehicleResult) -> float:
+def time_off(result: cl.Result) -> float:
     """Time for which the estimated speed errs by more than 5 % [s]."""
-    speed, estimate = (result[name][:, 0] for name in ("speed", "measured_speed"))
+    speed, estimate = result["speed"], result["measured_speed"][:, 0]
     off = np.abs(estimate - speed) > WITHIN * speed
     return float(off[speed > 0.1].sum() * (result.time[1] - result.time[0]))
 
 
-def speed_after(result: VehicleResult) -> float:
+def speed_after(result: cl.Result) -> float:
     """Speed of the vehicle once its last axle leaves the contaminated rails [m/s]."""
-    return float(result["speed"][np.searchsorted(result["distance"][:, 3], 300.0), 0])
+    return float(result["speed"][np.searchsorted(result["distance"][:, 3], 300.0)])
 
 
 def check(seeds: int, duration: float) -> None:
@@ -86,24 +85,26 @@ def test_a_stop_is_longer_than_on_uniform_friction() -> None:
     stop, least = found["stopping_distance"]
     assert 1.1 * least < stop
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
-    run = run_vehicle(bad, "wsp", index=3)
-    own = vehicle_metrics(run, bad.drivetrain, uniform=run_vehicle(uniform, "wsp", index=3))
+    run = cl.run_scenario(bad, "wsp", index=3)
+    own = cl.metrics(run, bad.drivetrain, uniform=cl.run_scenario(uniform, "wsp", index=3))
     assert own.stopping_extension == pytest.approx(stop / least - 1.0, rel=1e-6)
-    error = np.abs(run["measured_speed"] - run["speed"]).max()
+    error = np.abs(run["measured_speed"].T - run["speed"]).max()
     assert own.speed_error == error == pytest.approx(found["speed_error"][0], rel=1e-6)
-    assert np.isnan(vehicle_metrics(run, bad.drivetrain).stopping_extension)
+    assert np.isnan(cl.metrics(run, bad.drivetrain).stopping_extension)
 
 
 def test_a_wheelset_stops_later_on_wet_rails() -> None:
-    """Its speed sensor's readings are not kept."""
+    """The error of its speed is that of its sensor."""
     track = cl.Track(friction_left=cl.Profile.of(0.4))
     wet = replace(cl.load_scenario("braking.toml"), initial_speed=2.0, duration=15.0, track=track)
+    wet = replace(wet, sensors=cl.traction.Sensors(vehicle_speed_bias=-0.03))
     names = ["stopping_distance", "stopping_extension", "speed_error", "speed_misjudged"]
     found = cl.run_many([wet, replace(wet, track=cl.Track())], "threshold", names)
     stop, least = found["stopping_distance"]
     assert stop > least
     assert found["stopping_extension"].tolist() == [stop / least - 1.0, 0.0]
-    assert np.isnan([found["speed_error"], found["speed_misjudged"]]).all()
+    assert found["speed_error"][0] == pytest.approx(0.03 * 2.0, rel=1e-9)
+    assert found["speed_misjudged"][0] == 0.0
     creeps = replace(wet, initial_speed=0.05, duration=1.2)  # counts as stopped
     at_once = cl.run_many([creeps], "threshold", names[:2])
     assert at_once["stopping_distance"] == 0.0
@@ -113,9 +114,10 @@ def test_a_wheelset_stops_later_on_wet_rails() -> None:
 def test_a_lock_turns_the_force_over_its_way_into_heat() -> None:
     """The slip work of each axle is that of its creep force on the way that the wheel slides."""
     case = replace(coach(4.5, slippery=True, locks=True), initial_speed=20.0)
-    run = run_vehicle(case, "open_loop")
-    found = vehicle_metrics(run, case.drivetrain)
-    locked = np.abs(case.drivetrain.wheelset.radius * run["omega"]) < 0.05 * run["speed"]
+    run = cl.run_scenario(case, "open_loop")
+    found = cl.metrics(run, case.drivetrain)
+    speed = run["speed"][:, np.newaxis]
+    locked = np.abs(case.drivetrain.wheelset.radius * run["omega"]) < 0.05 * speed
     starts, every = locked.argmax(axis=0), np.arange(4)
     assert locked[-1].all()
     assert (locked.sum(axis=0) == run.time.size - starts).all()  # each locks once and stays
@@ -133,8 +135,7 @@ def test_the_estimate_backward_is_that_forward() -> None:
         sensors=cl.traction.Sensors(acceleration_limit=1.0),
     )
     backward = replace(forward, initial_speed=-15.0)
-    ahead, back = (run_vehicle(case, "open_loop") for case in (forward, backward))
-    slip = forward.drivetrain.wheelset.radius * ahead["omega"] - ahead["speed"]
-    assert slip.min() < -10.0
+    ahead, back = (cl.run_scenario(case, "open_loop") for case in (forward, backward))
+    assert ahead["slip_velocity"].min() < -10.0
     for name in ("speed", "measured_speed"):
         np.testing.assert_allclose(back[name], -ahead[name], atol=3e-3)  # steady only forward

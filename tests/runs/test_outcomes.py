@@ -40,6 +40,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
     given: dict[str, Any] = {"available_force": LEVEL, "friction_scale": 1.0, **signals}
     given.setdefault("commanded_torque", given.get("demand", 0.0))
     given.setdefault("falling_branch", 0.0)
+    given.setdefault("measured_speed", given.get("speed", 0.0))
     for side in ("left", "right"):
         force = 0.5 * np.asarray(given.get("creep_force", 0.0))
         given.setdefault(f"creep_force_{side}", force)
@@ -47,6 +48,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
         for side in ("left", "right"):
             given.setdefault(f"{name}_{side}", given.get(name, 0.0))
     names = ("speed", "acceleration", "demand", "creep_force", "axle_torque", "distance", *ENERGIES)
+    names += ("brake_torque",)
     columns = {name: np.broadcast_to(given.get(name, 0.0), t.shape) for name in (*given, *names)}
     columns = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
     return cl.Result(t, columns, dict.fromkeys(columns, "1"))
@@ -362,7 +364,8 @@ def test_an_outcome_without_rows_has_no_value() -> None:
         _known(None)
 
 
-RUN = Metrics(0.9312345678, 0.9, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9)
+NUMBERS = 0.9312345678, 0.9, 0.02, 0.2, math.inf, 3e4, 0.01, 1.5, math.nan, 120.0, 1e-9
+RUN = Metrics(*NUMBERS, 90.0, 0.2, 0.1, 0.0, 0.0, 1.1)
 
 
 def test_comparison_files_hold_every_number(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from plain_scenario import plain_scenario, wet_patch
 import contactlib as cl
 from contactlib import stability
 from contactlib.base.quantities import FloatArray
-from contactlib.runs import run_vehicle
 from contactlib.runs.signals import WORKS
 from contactlib.traction import Measurement, OpenLoop, Sensors, SlopeSeeking
 from contactlib.vehicle import Drivetrain, DynamicLoad, Motor, Resistance
@@ -288,14 +287,9 @@ SHIPPED = [
 @pytest.mark.parametrize(("name", "controller"), SHIPPED)
 def test_shipped_scenarios_run_and_balance(name: str, controller: str) -> None:
     case = cl.load_scenario(name)
-    if case.vehicle is None:
-        runs: tuple[cl.Result, ...] = (cl.run_scenario(case, controller),)
-        assert cl.metrics(runs[0], case.drivetrain).energy_defect < 1e-9
-    else:
-        vehicle = run_vehicle(case, controller)
-        runs, work = vehicle.axles, np.abs(vehicle.total("drive_work")).max()
-        assert np.abs(vehicle.total("energy_defect")).max() < 1e-9 * work
-    for run in runs:
+    whole = cl.run_scenario(case, controller)
+    assert cl.metrics(whole, case.drivetrain).energy_defect < 1e-9
+    for run in whole.by_axle:
         for values in run.signals.values():
             assert np.isfinite(values).all()
         demand, slack = np.abs(run["demand"]), 1e-9 * np.abs(run["demand"]).max()

@@ -11,7 +11,6 @@ import pytest
 from plain_scenario import controls
 
 import contactlib as cl
-from contactlib.runs import run_vehicle
 from contactlib.runs.signals import of_contacts, units
 
 ASKED = ("k_hat", "saturation_creepage", "process_zone_ratio", "force_gradient", "force_limited")
@@ -116,7 +115,7 @@ def test_every_door_gives_the_same_signals() -> None:
     assert free["k_hat_right"] == pytest.approx(rig.element.k_hat)
 
     vehicle = replace(cl.load_scenario("four_axles.toml"), duration=0.1)
-    of_axles = run_vehicle(vehicle, "open_loop", signals=["k_hat"])
+    of_axles = cl.run_scenario(vehicle, "open_loop", signals=["k_hat"])
     assert of_axles["k_hat"].shape == (of_axles.time.size, 4)
     # The rear axles carry more in traction, and k_hat of an ellipse falls with the load.
     loads, k_hats = of_axles["axle_load"][-1], of_axles["k_hat"][-1]

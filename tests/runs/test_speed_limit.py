@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from plain_scenario import plain_scenario
 
 import contactlib as cl
-from contactlib.runs import run_many, run_vehicle
+from contactlib.runs import run_many
 from contactlib.traction import Sensors
 from contactlib.vehicle import Track
 
@@ -54,16 +54,16 @@ def test_the_limit_of_a_vehicle_is_the_lowest_under_its_axles() -> None:
     assert track.speed_limit == cl.Profile((8.0, 8.0), (30.0, 5.0))
     case = cl.load_scenario("four_axles.toml")
     case = replace(case, track=track, sensors=Sensors(), duration=2.0)
-    run = run_vehicle(case, "open_loop")
+    run = cl.run_scenario(case, "open_loop")
     first = track.speed_limit(run["distance"]).min(axis=1)
-    assert_array_equal(run["speed_limit"], np.repeat(first[:, np.newaxis], 4, axis=1))
+    assert_array_equal(run["speed_limit"], first)
     assert run["distance"][-1, 1] > 8.0
     late = run["distance"][:, 0] > 8.2  # a sample later
     assert not run["demand"][late].any()
     runs = run_many([case, replace(case, track=Track())], "open_loop", ["final_speed", "overspeed"])
-    assert runs["final_speed"][0] == pytest.approx(run["speed"][-1, 0], rel=1e-9)
-    assert runs["final_speed"][1] > run["speed"][-1, 0] + 0.01
-    excess = (run["speed"][:, 0] - first).max()
+    assert runs["final_speed"][0] == pytest.approx(run["speed"][-1], rel=1e-9)
+    assert runs["final_speed"][1] > run["speed"][-1] + 0.01
+    excess = (run["speed"] - first).max()
     assert_allclose(runs["overspeed"], [excess, np.nan], rtol=1e-3)  # at longer steps
     assert excess > 4.0
     with pytest.raises(ValueError, match=r"Track.speed_limit.*0\.0 is out of range: must be .*> 0"):

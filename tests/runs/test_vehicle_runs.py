@@ -15,7 +15,7 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 import contactlib as cl
 from contactlib import kernel
 from contactlib.base.units import STANDARD_GRAVITY
-from contactlib.runs import OUTCOMES, VehicleResult, axles_of, run_vehicle, vehicle_metrics
+from contactlib.runs import OUTCOMES
 from contactlib.traction import Measurement, Sensors
 from contactlib.vehicle import Drivetrain, Track
 
@@ -39,10 +39,10 @@ def test_equal_axles_without_load_transfer_are_wheelsets() -> None:
         scenario.drivetrain, wheelset=replace(wheelset, mass=vehicle.mass / vehicle.axles)
     )
     scenario = replace(scenario, vehicle=vehicle, drivetrain=drivetrain)
-    together = run_vehicle(scenario, "creep_pi", tolerance=1e-9)
-    alone = cl.run_scenario(axles_of(scenario)[0], "creep_pi", tolerance=1e-9)
+    together = cl.run_scenario(scenario, "creep_pi", tolerance=1e-9)
+    alone = cl.run_scenario(replace(scenario, vehicle=None), "creep_pi", tolerance=1e-9)
     friction = alone["available_force"].max()
-    for axle in together.axles:
+    for axle in together.by_axle:
         assert_allclose(axle["creep_force"], alone["creep_force"], atol=1e-9 * friction)
         assert_allclose(axle["available_force"], alone["available_force"], rtol=1e-8)
         assert_allclose(axle["speed"], alone["speed"], rtol=1e-9)
@@ -86,13 +86,14 @@ def test_the_axles_share_their_speed_as_in_another_solver() -> None:
 
 def test_loads_are_those_of_statics_and_energy_closes() -> None:
     scenario = shipped(sensors=Sensors())
-    result = run_vehicle(scenario, "creep_pi")
-    vehicle, wheelset = result.vehicle, scenario.drivetrain.wheelset
+    result = cl.run_scenario(scenario, "creep_pi")
+    vehicle, wheelset = scenario.vehicle, scenario.drivetrain.wheelset
+    assert vehicle is not None
     rest = vehicle.statics(wheelset.radius)[0]
     steady = slice(-40, None)  # 0.2 s, of ten lags
     statics = vehicle.loads(
         result["creep_force"][steady],
-        acceleration=result.axles[0]["acceleration"][steady],
+        acceleration=result["acceleration"][steady],
         radius=wheelset.radius,
     )
     assert_allclose(result["axle_load"][steady], statics, rtol=1e-3)
@@ -111,11 +112,12 @@ def test_loads_follow_statics_with_their_lag(lag: float) -> None:
     jump = cl.Profile(at=(0.3, 0.4), value=(0.0, 26e3))
     scenario = shipped(track=Track(), sensors=Sensors(), demand=jump)
     assert scenario.vehicle is not None
-    scenario = replace(scenario, vehicle=replace(scenario.vehicle, load_lag=lag), duration=1.5)
-    run, time = run_vehicle(scenario, "open_loop", step=0.0025), np.arange(0.0, 1.45, 0.05)
-    statics = run.vehicle.loads(
+    vehicle = replace(scenario.vehicle, load_lag=lag)
+    scenario = replace(scenario, vehicle=vehicle, duration=1.5)
+    run, time = cl.run_scenario(scenario, "open_loop", step=0.0025), np.arange(0.0, 1.45, 0.05)
+    statics = vehicle.loads(
         run["creep_force"],
-        acceleration=run.axles[0]["acceleration"],
+        acceleration=run["acceleration"],
         radius=scenario.drivetrain.wheelset.radius,
     )
     assert np.ptp(statics[:, 0]) > 1e4
@@ -143,10 +145,10 @@ def test_axles_behind_use_the_rails_that_those_in_front_have_cleaned() -> None:
     """Forward the last axle finds most friction; in reverse the first one does."""
     track = Track.from_breakpoints(distance=(0.0,), friction=(0.5,), cleaning=1e-3)
     pulling = shipped(track=track, sensors=Sensors(), demand=ramp(26e3))
-    forward = run_vehicle(pulling, "creep_pi")["friction_scale_left"][-1]
+    forward = cl.run_scenario(pulling, "creep_pi")["friction_scale_left"][-1]
     assert (np.diff(forward) > 0.01).all()
     backward = replace(pulling, initial_speed=-10.0, demand=ramp(-26e3))
-    reverse = run_vehicle(backward, "creep_pi")["friction_scale_left"][-1]
+    reverse = cl.run_scenario(backward, "creep_pi")["friction_scale_left"][-1]
     assert (np.diff(reverse) < -0.01).all()
 
 
@@ -157,7 +159,7 @@ def test_sensors_of_the_axles_err_independently_and_repeat() -> None:
         def torque(self, measurement: Measurement[float]) -> float:
             return measurement.demand * min(0.02 * measurement.wheel_speed, 1.0)
 
-    first, again = (run_vehicle(shipped(), Listens()) for _ in range(2))
+    first, again = (cl.run_scenario(shipped(), Listens()) for _ in range(2))
     torque = first["commanded_torque"]
     assert_array_equal(torque, again["commanded_torque"])
     noise = np.diff(torque[400::2], axis=0)
@@ -172,7 +174,7 @@ def test_driven_and_braked_axles(direction: float) -> None:
     assert scenario.vehicle is not None
     half = replace(scenario.vehicle, driven=(1, 2), braked=(3, 4))
     scenario = replace(scenario, vehicle=half, duration=2.0, track=Track())
-    run = run_vehicle(scenario, "open_loop")
+    run = cl.run_scenario(scenario, "open_loop")
     expected = np.array([[1e4, 1e4, 0.0, 0.0], [0.0, 0.0, -1.0, -1.0]])
     assert_array_equal(run["commanded_torque"][[100, -1]], direction * expected)
 
@@ -184,34 +186,43 @@ def test_many_are_one_by_one() -> None:
     many = cl.run_many(cases, "creep_pi", names, metrics=own, step=0.01, index=[4, 5, 6])
     assert not many["failed"].any()
     for i, case in enumerate(cases):
-        run = run_vehicle(case, "creep_pi", index=4 + i, step=0.01, tolerance=1e-4)
-        alone = vehicle_metrics(run, case.drivetrain)
+        run = cl.run_scenario(case, "creep_pi", index=4 + i, step=0.01, tolerance=1e-4)
+        alone = cl.metrics(run, case.drivetrain)
         for name, value in alone._asdict().items():
             assert_array_equal(many[name][i], value, err_msg=name)
         assert many["last"][i] == run["creep_work"][-1, 3]
 
 
 def test_result() -> None:
-    result = run_vehicle(replace(shipped(), duration=1.0), "open_loop")
-    assert isinstance(result, VehicleResult)
-    data = result.to_xarray()
-    assert data.creep_force.dims == ("time", "axle")
+    result = cl.run_scenario(replace(shipped(), duration=1.0), "open_loop")
+    assert result.axles == 4
+    assert repr(result).endswith(f"{len(result.units)} signals of 4 axles>")
+    data, frame = result.to_xarray(), result.to_pandas()
+    assert (data.creep_force.dims, data.speed.dims) == (("time", "axle"), ("time",))
     assert data.axle.values.tolist() == [1, 2, 3, 4]
     assert_array_equal(data.creep_force.sum("axle"), result.total("creep_force"))
-    assert_array_equal(result.totals["speed"], result["speed"][:, 2])
+    third = result.axle(3)
+    assert third == result.by_axle[2] != result.axle(2)
+    assert {values.shape for values in third.signals.values()} == {result.time.shape}
+    assert_array_equal(frame["creep_force_3"], third["creep_force"])
+    assert frame.attrs["units"]["creep_force_3"] == "N"
+    assert third.axle(1) == third
+    assert_array_equal(third.totals["creep_work"], third["creep_work"])
+    assert "axle" not in third.to_xarray().dims
+    with pytest.raises(ValueError, match=r"number = 5\.0 is out of range: must be .*<= 4"):
+        result.axle(5)
     with pytest.raises(KeyError, match="no total of 'creepage': there are creep_force"):
         result.total("creepage")
 
 
 REFUSED: Mapping[str, tuple[Any, str]] = {
-    "run_scenario": (
-        lambda: cl.run_scenario(shipped(), "creep_pi"),
-        "scenario has a vehicle of 4 axles: run_vehicle runs it",
+    "Plant": (
+        lambda: cl.Plant([shipped(), cl.load_scenario("dry_wet_dry.toml")]),
+        r"scenarios have \[1, 4\] axles: what is stepped together must have equally many",
     ),
-    "Plant": (lambda: cl.Plant(shipped()), "a vehicle of 4 axles: a plant is of single wheelsets"),
-    "run_vehicle": (
-        lambda: run_vehicle(cl.load_scenario("dry_wet_dry.toml"), "creep_pi"),
-        "scenario.vehicle = None: run_scenario runs a wheelset",
+    "step": (
+        lambda: cl.Plant([shipped()] * 2).step([[1.0] * 4]),
+        r"torque has the shape \(1, 4\): must be \(\) or \(2,\) or \(2, 4\)",
     ),
     "mass": (
         lambda: replace(shipped(), vehicle=replace(shipped().vehicle, train_mass=0.0)),  # type: ignore[type-var]
@@ -229,19 +240,18 @@ def test_refused(what: str) -> None:
 
 def test_acceleration_is_that_of_the_vehicle() -> None:
     """Not that of an axle's own force: the speed is the integral, also while one axle slips."""
-    fine = run_vehicle(replace(shipped(), duration=5.0), "open_loop", step=1e-3)
-    for acceleration, speed in zip(fine["acceleration"].T, fine["speed"].T, strict=True):
-        gained = cumulative_simpson(acceleration, x=fine.time, initial=0.0)
-        assert_allclose(speed - speed[0], gained, atol=5e-5)
+    fine = cl.run_scenario(replace(shipped(), duration=5.0), "open_loop", step=1e-3)
+    gained = cumulative_simpson(fine["acceleration"], x=fine.time, initial=0.0)
+    assert_allclose(fine["speed"] - fine["speed"][0], gained, atol=5e-5)
 
 
 def test_a_held_vehicle_starts_without_rolling_back() -> None:
     """Further than pads and contacts give; the air of one application is used."""
     start = cl.load_scenario("start_on_grade.toml")
-    run = run_vehicle(replace(start, duration=12.0), "open_loop")
+    run = cl.run_scenario(replace(start, duration=12.0), "open_loop")
     assert -3e-4 < run["distance"][:, 0].min() < -1e-4
-    assert run["speed"][-1, 0] > 1.0
-    assert vehicle_metrics(run, start.drivetrain).air_used == pytest.approx(1.0, abs=1e-3)
+    assert run["speed"][-1] > 1.0
+    assert cl.metrics(run, start.drivetrain).air_used == pytest.approx(1.0, abs=1e-3)
     weight = 9.80665 * 0.02 * start.vehicle.mass if start.vehicle else 0.0
     at = np.searchsorted(run.time, 1.9)
     assert run.total("creep_force")[at] == pytest.approx(weight, rel=1e-4)

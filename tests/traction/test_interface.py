@@ -12,7 +12,6 @@ from designed import LIMITED, designed
 from own_controller import SlipPI
 
 import contactlib as cl
-from contactlib.runs import run_vehicle
 from contactlib.traction import (
     Measurement,
     OpenLoop,
@@ -201,7 +200,7 @@ SEEN: list[Measurement[Any]] = []
 def test_controllers_see_the_wheel_speeds_of_all_axles(kind: Any) -> None:
     """Each of its own axle's sensors; controllers of many get arrays of the shape (n,)."""
     SEEN.clear()
-    run = run_vehicle(short_vehicle(), kind())
+    run = cl.run_scenario(short_vehicle(), kind())
     if kind is WatchingMany:
         assert {np.shape(part) for seen in SEEN for part in seen.wheel_speeds} == {(4,)}
         speeds = np.array([seen.wheel_speeds for seen in SEEN])

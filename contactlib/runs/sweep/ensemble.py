@@ -26,7 +26,7 @@ from contactlib.files.scenario import ControllerDesign
 from contactlib.runs.analysis import ANALYSES, SWEEP_OUTCOMES
 from contactlib.runs.damage import warn_of_damaged_runs
 from contactlib.runs.outcomes import MISJUDGED
-from contactlib.runs.scenario_runs import FAILED, Metric, run_many, run_scenario, run_vehicle
+from contactlib.runs.scenario_runs import FAILED, Metric, run_many, run_scenario
 from contactlib.runs.sweep.execution import (
     Workers,
     default_workers,
@@ -173,8 +173,7 @@ def _first_failure(sweep: Sweep, failed: NDArray[np.bool_]) -> Iterator[str]:
             name = list(plan.controllers)[controller]
             where += f" under {name}"
             index, step = plan.index_of(run), plan.step_of(scenario)
-            again: Any = run_scenario if scenario.vehicle is None else run_vehicle
-            again(scenario, name, index=index, step=step, tolerance=plan.tolerance)
+            run_scenario(scenario, name, index=index, step=step, tolerance=plan.tolerance)
     except (ValueError, RuntimeError) as error:
         yield f"{where}: {error}"
     else:

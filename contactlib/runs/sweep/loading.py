@@ -177,7 +177,7 @@ def _build_sweep(
         values = draw([axis.spread for axis in axes], **sampling)
         for axis, column in zip(axes, values.T, strict=True):
             mistakes.of(axis.check, np.unique(column))
-    if scenario.vehicle is not None and of_runs(outcomes):
+    if scenario.axles > 1 and of_runs(outcomes):
         outcomes = tuple(dict.fromkeys((*outcomes, MISJUDGED)))
     plan = Plan(
         contents=contents,
