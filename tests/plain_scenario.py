@@ -13,6 +13,17 @@ from contactlib.traction import OpenLoop, Sensors
 from contactlib.vehicle import Drivetrain
 
 
+def of_axles(axles: int, **changes: Any) -> cl.Scenario:
+    """The shipped scenario of four axles, with so many under the same body."""
+    four = cl.load_scenario("four_axles.toml")
+    assert four.vehicle is not None
+    position = four.vehicle.position if axles == 4 else tuple(9.9 * i for i in range(axles))
+    vehicle = replace(four.vehicle, position=position, axles_per_bogie=2 if axles == 4 else 1)
+    wheelset = replace(four.drivetrain.wheelset, mass=vehicle.mass / axles)
+    drivetrain = replace(four.drivetrain, wheelset=wheelset)
+    return replace(four, vehicle=vehicle, drivetrain=drivetrain, **changes)
+
+
 def plain_scenario(vehicle: cl.Wheelset | Drivetrain, **changes: Any) -> cl.Scenario:
     """Two seconds from 10 m/s under a steady demand, without control."""
     train = Drivetrain(vehicle) if isinstance(vehicle, cl.Wheelset) else vehicle

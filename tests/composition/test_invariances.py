@@ -30,15 +30,15 @@ Sections = dict[str, dict[str, Any]]
 
 
 class Case(NamedTuple):
-    """Features of a scenario, its controller, and whether it is that of a vehicle."""
+    """Features of a scenario, its controller, and the axles of its vehicle; 0 for a wheelset."""
 
     features: tuple[str, ...]
     controller: str
-    vehicle: bool
+    axles: int
 
     @property
     def name(self) -> str:
-        return " + ".join(("vehicle" if self.vehicle else "wheelset", *self.features))
+        return " + ".join((f"{self.axles} axles" if self.axles else "wheelset", *self.features))
 
 
 # ---- the files --------------------------------------------------------------------------------
@@ -67,12 +67,14 @@ SCENARIO: Sections = {
     "run": {"initial_speed": 10.0, "duration": 0.8},
     "demand": {"time": [0.2, 0.5], "torque": [4e3, 28e3]},
 }
+AXLES = {  # positions and axles of a bogie, by the number of axles
+    4: ([0.0, 2.5, 9.0, 11.5], 2),
+    6: ([0.0, 1.9, 4.0, 9.0, 10.9, 13.0], 3),
+    1: ([0.0], 1),
+}
 VEHICLE = {
-    "position": [0.0, 2.5, 9.0, 11.5],
-    "body_mass": 56e3,
     "bogie_mass": 12e3,
     "wheelset_mass": 2.5e3,
-    "train_mass": 60e3,
     "body_height": 1.8,
     "bogie_height": 0.6,
     "pivot_height": 0.5,
@@ -146,7 +148,8 @@ def cases() -> list[Case]:
                 tries.append(tuple(sorted(chosen)))
             best = max(tries, key=lambda one: len(left & {*combinations(one, 2)}))
             left -= {*combinations(best, 2)}
-            found.append(Case(best, CONTROLLERS[len(found) % len(CONTROLLERS)], vehicle))
+            axles = [*AXLES][len(found) % len(AXLES)] if vehicle else 0
+            found.append(Case(best, CONTROLLERS[len(found) % len(CONTROLLERS)], axles))
     return found
 
 
@@ -163,11 +166,18 @@ def sections_of(case: Case) -> Sections:
     """Contents of both files of a case."""
     parts = [FEATURES[name] for name in case.features]
     vehicle: Sections = {}
-    if case.vehicle:
-        share = VEHICLE | {"mass": None}
+    if case.axles:
+        position, per_bogie = AXLES[case.axles]
+        masses = {"body_mass": 14e3 * case.axles, "train_mass": 15e3 * case.axles}
+        share = {"position": position, "axles_per_bogie": per_bogie, **masses, **VEHICLE}
         vehicle = {"vehicle": share, "wheelset": {"mass": 30e3}}
     kind: Sections = {"controllers.tested": {"kind": case.controller}}
-    return merged(WHEELSET, SCENARIO, vehicle, *parts, kind)
+    whole = merged(WHEELSET, SCENARIO, vehicle, *parts, kind)
+    for key in ("driven", "braked"):
+        if key in whole.get("vehicle", {}):
+            numbers = whole["vehicle"][key]
+            whole["vehicle"][key] = [number for number in numbers if number <= case.axles]
+    return whole
 
 
 def written(folder: Path, sections: Sections) -> Path:
@@ -208,8 +218,11 @@ def run_of(folder: Path, sections: Sections, **options: Any) -> Run:
     options = {"tolerance": 1e-7, **options}
     result = cl.run_scenario(scenario, "tested", **options)
     element = scenario.drivetrain.wheelset.element
-    rows = result.time.size
-    signals = {name: np.reshape(result[name], (rows, -1)) for name in result.units}
+    rows, axles = result.time.size, result.axles
+    signals = {
+        name: np.broadcast_to(result[name].reshape(rows, -1), (rows, axles))
+        for name in result.units
+    }
     return Run(result.time, signals, result.units, element.friction.kinetic * element.axle_load)
 
 
@@ -231,7 +244,7 @@ ALL = cases()
 def each(keep: Callable[[Case], bool] = lambda case: True) -> pytest.MarkDecorator:
     """Cases of a test; every other vehicle is one of the slow tests."""
     chosen = [case for case in ALL if keep(case)]
-    slow = [case.vehicle and i % 2 == 1 for i, case in enumerate(chosen)]
+    slow = [case.axles > 0 and i % 2 == 1 for i, case in enumerate(chosen)]
     return pytest.mark.parametrize(
         "case",
         [
@@ -282,7 +295,7 @@ def test_reverse_is_the_mirror_of_forward(case: Case, tmp_path: Path) -> None:
 # ---- order -----------------------------------------------------------------------------------
 
 
-@each(lambda case: not case.vehicle)
+@each(lambda case: not case.axles)
 def test_left_and_right_may_be_exchanged(case: Case, tmp_path: Path) -> None:
     sections = sections_of(case)
     other = deepcopy(sections)
@@ -302,31 +315,34 @@ def test_left_and_right_may_be_exchanged(case: Case, tmp_path: Path) -> None:
     agree(first._replace(units=units), second, names, 1e-7)
 
 
-FAR = [0.0, 30.0, 60.0, 90.0]  # places of axles that never come to each other's rails
+APART = 20.0  # distance of axles that never come to each other's rails [m]
 
 
-@each(lambda case: case.vehicle and not {"map", "conditions"} & set(case.features))
+@each(lambda case: case.axles > 1 and not {"map", "conditions"} & set(case.features))
 def test_the_order_of_axles_does_not_matter_where_nothing_couples_them(
     case: Case, tmp_path: Path
 ) -> None:
     """Each on rails of its own, without heights, so that only their common speed couples them."""
     sections = sections_of(case)
     low = {key: 0.0 for key in VEHICLE if key.endswith(("height", "inertia"))}
-    sections["vehicle"] |= {"position": FAR, **low, "wheelset_mass": 0.0}
+    n = case.axles
+    far = [APART * i for i in range(n)]
+    sections["vehicle"] |= {"position": far, **low, "wheelset_mass": 0.0}
     sections["vehicle"].pop("train_mass")
-    order = np.array([2, 0, 3, 1])  # the axle that each place has then
+    order = np.r_[1:n:2, 0:n:2][::-1]  # the axle that each place has then
     runs: list[Run] = []
-    for places in (np.arange(4), order):
+    for places in (np.arange(n), order):
         there = deepcopy(sections)
         for key in ("driven", "braked"):
             if key in there["vehicle"]:
                 numbers = there["vehicle"][key]
-                there["vehicle"][key] = [i + 1 for i in range(4) if places[i] + 1 in numbers]
+                there["vehicle"][key] = [i + 1 for i in range(n) if places[i] + 1 in numbers]
         if track := there.get("track"):
             lists = {k: v for k, v in track.items() if isinstance(v, list) and k != "distance"}
-            track["distance"] = [edge for i in (3, 2, 1) for edge in [-FAR[i] + 15.0] * 2]
+            edges = [0.5 * APART - place for place in far[:0:-1]]
+            track["distance"] = [edge for edge in edges for _ in range(2)]
             for key, values in lists.items():
-                levels = [values[places[i]] for i in (3, 2, 1, 0)]
+                levels = [values[place % len(values)] for place in places[::-1]]
                 track[key] = [v for pair in pairwise(levels) for v in pair]
             track.pop("grade", None)  # that of the train is the mean
         runs.append(run_of(tmp_path / f"{len(runs)}", there))
@@ -444,7 +460,7 @@ def test_similar_vehicles_run_alike(case: Case, tmp_path: Path) -> None:
     sections["controllers.tested"]["sample_time"] = 0.01
     scales = [HEAVIER]
     if case.controller == "open_loop" and not {"line", "conditions"} & set(case.features):
-        scales += [LONGER] * (not (case.vehicle and "cleaning" in case.features))
+        scales += [LONGER] * (not (case.axles and "cleaning" in case.features))
     if "conditions" in case.features:
         scales = []  # the layer of a published rail has the stiffness that it has
     for scale in scales:

@@ -73,11 +73,6 @@ def drivetrain() -> Drivetrain:
 
 
 @cache
-def vehicle_scenario() -> cl.Scenario:
-    return dataclasses.replace(cl.load_scenario("four_axles.toml"), duration=0.1)
-
-
-@cache
 def scenario() -> cl.Scenario:
     return dataclasses.replace(cl.load_scenario("dry_wet_dry.toml"), duration=0.05)
 
@@ -119,13 +114,14 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "Plant": lambda: cl.Plant(scenario()),
     "Polach": lambda: cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4),
     "Profile": two_points,
+    "Result": lambda: cl.run_scenario(scenario(), "creep_pi"),
     "Sensors": encoder,
     "Softening": lambda: Softening.linear(800.0),
     "ThermalContact": hot,
     "Track": lambda: cl.Track(friction_left=two_points()),
     "TractionData": data,
     "DynamicLoad": lambda: DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
-    "Vehicle": lambda: vehicle_scenario().vehicle,
+    "Vehicle": lambda: cl.load_scenario("four_axles.toml").vehicle,
     "Wheelset": rig,
     "contact": ellipse,
     "cohesive_table contact": lambda: "line",

@@ -33,8 +33,9 @@ def patch() -> cl.Scenario:
 def test_gymnasium_s_own_checks_pass() -> None:
     from gymnasium.utils.env_checker import check_env
 
-    made = gymnasium.make("contactlib/Traction-v1", disable_env_checker=True)
-    check_env(made.unwrapped)
+    for name in ("dry_wet_dry.toml", "four_axles.toml"):
+        unchecked = {"scenario": name, "disable_env_checker": True}
+        check_env(gymnasium.make("contactlib/Traction-v1", **unchecked).unwrapped)
     braking = gymnasium.make("contactlib/Traction-v1", scenario="braking.toml")  # with its checker
     braking.reset(seed=1)
     for _ in range(300):
@@ -136,7 +137,8 @@ def test_the_reward_counts_what_the_metrics_count(patch: cl.Scenario) -> None:
 def test_copies_of_an_environment_go_on_with_its_bits_on_their_own(
     patch: cl.Scenario, way: Callable[[Any], Any]
 ) -> None:
-    forms = rl.TractionEnv(patch), rl.TractionVectorEnv([patch, replace(patch, duration=6.0)], 3)
+    forms = [rl.TractionEnv(patch), rl.TractionVectorEnv([patch, replace(patch, duration=6.0)], 3)]
+    forms += [rl.TractionEnv("four_axles.toml"), rl.TractionVectorEnv("four_axles.toml", 2)]
     for env in forms:
         env.reset(seed=2)
         actions = np.random.default_rng(1).uniform(0.5, 1.0, (60, *env.action_space.shape))

@@ -27,6 +27,7 @@ from contactlib.runs.signals import WORKS
 from contactlib.vehicle import Axle, Drivetrain, Resistance
 
 BOTH = ("omega", "creepage", "friction_scale")
+MOTIONS = ("speed", "acceleration", "distance")
 ENERGIES = (*WORKS, "stored_energy", "energy_defect")
 LEVEL = 40e3  # force that all of these runs could transmit [N]
 
@@ -47,8 +48,7 @@ def run_of(time: ArrayLike, **signals: ArrayLike) -> cl.Result:
     for name in BOTH:
         for side in ("left", "right"):
             given.setdefault(f"{name}_{side}", given.get(name, 0.0))
-    names = ("speed", "acceleration", "demand", "creep_force", "axle_torque", "distance", *ENERGIES)
-    names += ("brake_torque",)
+    names = *MOTIONS, "demand", "creep_force", "axle_torque", "brake_torque", *ENERGIES
     columns = {name: np.broadcast_to(given.get(name, 0.0), t.shape) for name in (*given, *names)}
     columns = {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
     return cl.Result(t, columns, dict.fromkeys(columns, "1"))

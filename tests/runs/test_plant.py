@@ -247,6 +247,7 @@ def test_the_drive_does_not_depend_on_the_rows() -> None:
 ENCODER = {"encoder_pulses": 100.0, "acceleration_limit": 0.3, "vehicle_speed_noise": 0.0}
 MEMORIES = {
     "drives and brakes": lambda: cl.load_scenario("wheel_slide_protection.toml"),
+    "vehicle": lambda: cl.load_scenario("coach_braking.toml"),
     "elastic axle": lambda: cl.load_scenario("torsion.toml"),
     "sensors": lambda: wet_patch(ENCODER),
     "load": lambda: wet_patch(dynamic_load=DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))),

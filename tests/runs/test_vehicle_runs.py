@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from plain_scenario import of_axles
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 import contactlib as cl
@@ -17,7 +18,7 @@ from contactlib import kernel
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.runs import OUTCOMES
 from contactlib.traction import Measurement, Sensors
-from contactlib.vehicle import Drivetrain, Track
+from contactlib.vehicle import Drivetrain, DynamicLoad, Track
 
 
 @cache
@@ -137,6 +138,41 @@ def test_loads_follow_statics_with_their_lag(lag: float) -> None:
         assert_allclose(load, known, rtol=0.0, atol=2e-3 * np.ptp(statics[:, axle]))
 
 
+def test_a_vehicle_of_one_axle_is_a_wheelset_under_its_weight() -> None:
+    one = of_axles(1, duration=1.0)
+    factor = one.static_load / one.drivetrain.wheelset.element.axle_load
+    assert factor > 1.5
+    load = DynamicLoad(time=(0.0, 1.0), factor=(factor, factor))
+    run, alone = (
+        cl.run_scenario(case, "creep_pi", step=0.005, tolerance=1e-7)
+        for case in (one, replace(one, vehicle=None, dynamic_load=load))
+    )
+    assert_allclose(run["axle_load"], one.static_load, rtol=1e-14)
+    assert run.units == alone.units
+    for name in ("speed", "creep_force", "available_force", "measured_speed"):
+        assert_allclose(run[name], alone[name], rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize("axles", [1, 2, 4])
+def test_a_plant_under_the_torques_of_a_run_is_that_run(axles: int) -> None:
+    """To the last bit, by itself and beside another vehicle."""
+    case = of_axles(axles, duration=0.5, demand=cl.Profile((0.0, 0.4), (1e4, 3e4)))
+    run = cl.run_scenario(case, "creep_pi", index=3, tolerance=1e-5)
+    other = replace(case, initial_speed=12.0)
+    single, double = cl.Plant(case, tolerance=1e-5), cl.Plant([case, other], tolerance=1e-5)
+    seen, both = single.reset(3), double.reset(3)
+    shape = () if axles == 1 else (axles,)
+    for i in range(40):
+        torque = run["commanded_torque"][2 * i]
+        assert_array_equal(both.wheel_speed[0], seen.wheel_speed)
+        seen, both = single.step(torque), double.step(np.stack([torque, 0.5 * torque]))
+        assert np.shape(seen.torque) == shape == both.torque.shape[1:]
+        for name in ("speed", "creep_force", "axle_load", "measured_speed", "creep_work"):
+            assert_array_equal(single[name], run[name][2 * i + 2])
+            assert_array_equal(double[name][0], single[name])
+    assert_array_equal(double.step([1e4, 2e4]).torque.T, np.broadcast_to([1e4, 2e4], (*shape, 2)))
+
+
 def ramp(torque: float) -> cl.Profile:
     return cl.Profile(at=(0.5, 1.5), value=(0.0, torque))
 
@@ -164,6 +200,8 @@ def test_sensors_of_the_axles_err_independently_and_repeat() -> None:
     assert_array_equal(torque, again["commanded_torque"])
     noise = np.diff(torque[400::2], axis=0)
     assert np.abs(np.corrcoef(noise.T) - np.eye(4)).max() < 0.2
+    error = np.abs(first["measured_speed"].T - first["speed"]).max()
+    assert cl.metrics(first, shipped().drivetrain).speed_error == error
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0], ids=["forward", "in reverse"])
