@@ -138,7 +138,7 @@ class _Vehicles:
         index = int(generator.integers(DRAWN)) if seed is None else seed
         self._measured = self.plant.reset(index)
         rows = DerivedRows(self.plant.now(), self._drivetrains)
-        self._work = rows["creep_work"][0]
+        self._work, self._start = rows["creep_work"][0], rows["distance"][0]
         return self._observed(), self._info(rows)
 
     def _torque(self, action: Any) -> FloatArray:
@@ -176,8 +176,9 @@ class _Vehicles:
 
     def _warn_off_map(self, distance: FloatArray) -> None:
         """Warn once of the first axle that left the map of its track or never met it."""
-        for track, end in zip(self.plant.tracks, distance.tolist(), strict=True):
-            if warning := track.warning(min(end, 0.0), max(end, 0.0)):
+        ends = np.sort([self._start, distance], axis=0).T.tolist()
+        for track, (low, high) in zip(self.plant.tracks, ends, strict=True):
+            if warning := track.warning(low, high):
                 self._doubted = True
                 warn(warning)
                 return

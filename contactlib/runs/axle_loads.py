@@ -9,9 +9,10 @@ import numpy as np
 
 from contactlib.base.quantities import FloatArray
 from contactlib.base.units import STANDARD_GRAVITY
-from contactlib.vehicle.drivetrain import Drivetrain
-from contactlib.vehicle.track import RailState, Track
+from contactlib.files.scenario import Scenario
+from contactlib.vehicle.track import RailState
 from contactlib.vehicle.vehicle import Vehicle
+from contactlib.vehicle.wheelset import Wheelset
 
 
 class AxleLoads:
@@ -19,33 +20,29 @@ class AxleLoads:
 
     Parameters
     ----------
-    vehicles : sequence of Vehicle
-        The vehicles.
-    trains, tracks : sequence of Drivetrain, of Track
-        Those of each axle of each vehicle.
+    scenarios : sequence of Scenario
+        One for each vehicle.
     step : float
         Time between rows [s].
     """
 
-    def __init__(
-        self,
-        vehicles: Sequence[Vehicle],
-        trains: Sequence[Drivetrain],
-        tracks: Sequence[Track],
-        step: float,
-    ) -> None:
-        self._vehicles, self._axles = vehicles, vehicles[0].axles
-        self._at_rest, self._by_terms = self._statics(trains[:: self._axles])
+    def __init__(self, scenarios: Sequence[Scenario], step: float) -> None:
+        self._positions = [scenario.position for scenario in scenarios]
+        self._axles = scenarios[0].axles
+        vehicles = [scenario.vehicle for scenario in scenarios if scenario.vehicle]
+        bodies = [scenario.drivetrain.wheelset for scenario in scenarios]
+        self._at_rest, self._by_terms = self._statics(vehicles, bodies)
         lags = np.repeat([vehicle.load_lag for vehicle in vehicles], self._axles)
         steps = np.divide(step, lags, out=np.full(lags.size, np.inf), where=lags > 0.0)
         self._follow, self._halfway = -np.expm1(-steps), -np.expm1(-0.5 * steps)
         # For its works, which no friction enters.
+        tracks = [scenario.rails for scenario in scenarios]
         self._cleaning = next((track for track in tracks if track.cleaning > 0.0), tracks[0])
 
     def connect(self, inputs: Any, states: Any, forces: Any) -> None:
         """Use these records of the kernel: inputs of shape (rows, n), states and outputs (n,)."""
         self._inputs, self._states, by_axle = inputs, states, (-1, self._axles)
-        self._terms = np.empty((len(self._vehicles), 5, self._axles))
+        self._terms = np.empty((len(self._positions), 5, self._axles))
         names = "drive_torque", "creep_force_left", "creep_force_right", "speed_rate"
         self._found = [forces[name].reshape(by_axle) for name in names]
         self._turns = [states[f"omega_{side}"].reshape(by_axle) for side in ("left", "right")]
@@ -54,8 +51,7 @@ class AxleLoads:
         """Begin on rails as they are, with the loads at rest or those under the present forces."""
         half = self._at_rest.ravel() if at_rest else self._half_loads(0)
         self._load = self._target = self._before = half
-        positions = [vehicle.position for vehicle in self._vehicles]
-        self._rails = RailState(self._cleaning, -np.array(positions))
+        self._rails = RailState(self._cleaning, -np.array(self._positions))
 
     def before_step(self, place: int) -> None:
         """Set the loads of the inputs at a place."""
@@ -78,14 +74,15 @@ class AxleLoads:
         self._load = self._load + self._follow * self._change
         self._before, self._target = self._target, self._half_loads(place)
 
-    def _statics(self, trains: Sequence[Drivetrain]) -> tuple[FloatArray, FloatArray]:
+    def _statics(
+        self, vehicles: Sequence[Vehicle], bodies: Sequence[Wheelset]
+    ) -> tuple[FloatArray, FloatArray]:
         """Half of the loads at rest [N], and their derivatives by the terms of `_half_loads`.
 
         Shapes (vehicles, axles) and (vehicles, axles, 5 axles).
         """
         static, derivatives = [], []
-        for vehicle, train in zip(self._vehicles, trains, strict=True):
-            body = train.wheelset
+        for vehicle, body in zip(vehicles, bodies, strict=True):
             at_rest, by_force, by_acceleration, by_turning = vehicle.statics(body.radius)
             by_torque = by_turning / body.inertia  # d omega/dt = (T - r Q - damping omega)/I
             mean = np.repeat(by_acceleration[:, np.newaxis] / self._axles, self._axles, axis=1)

@@ -422,13 +422,11 @@ class Plant:
         self._axle = np.tile(np.arange(1, axles + 1), len(scenarios))
         shares = [one.shares_of_demand for one in scenarios]  # of traction, of braking
         self._driven, self._braked = np.concatenate(shares, axis=1)
-        vehicles = [one.vehicle for one in scenarios if one.vehicle]
+        self._axle_loads = AxleLoads(scenarios, timing.step) if axles > 1 else None
         self._scenarios = scenarios = [one for one in scenarios for _ in range(axles)]
         self.trains = [scenario.drivetrain for scenario in scenarios]
         self.tracks = [scenario.rails for scenario in scenarios]
         self._with_brake = np.array([train.brake is not None for train in self.trains])
-        loads = AxleLoads(vehicles, self.trains, self.tracks, timing.step) if axles > 1 else None
-        self._axle_loads = loads
         bodies, n = [train.wheelset for train in self.trains], len(scenarios)
         self.fleet = self._native()
         self.radius = np.array([body.radius for body in bodies])
@@ -535,13 +533,14 @@ class Plant:
             If the integrator of a plant of one vehicle gives up.
         """
         requested = checked("torque", torque, TORQUE)
-        shapes = dict.fromkeys([(), self._shape(shared=True), self._shape()])
-        if requested.shape not in shapes:
-            known = " or ".join(map(str, shapes))
+        vehicles, axles = self._shape(shared=True), self._shape()
+        if requested.shape not in ((), vehicles, axles):
+            known = " or ".join(map(str, dict.fromkeys([(), vehicles, axles])))
             raise ValueError(f"torque has the shape {requested.shape}: must be {known}")
-        if self.axles > 1 and requested.shape == self._shape(shared=True) != ():
-            requested = requested[:, np.newaxis]
-        self._command(_numbers(np.broadcast_to(requested, self._shape()).ravel()))
+        if self.axles > 1:
+            each = requested[..., np.newaxis] if requested.shape == vehicles else requested
+            requested = np.broadcast_to(each, axles).ravel()
+        self._command(_numbers(requested))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
