@@ -195,11 +195,6 @@ def test_whole_vehicles_are_compared_by_sums_and_extremes(run: cl.Result, tmp_pa
         )
 
 
-def test_an_unknown_axis_is_refused(run: cl.Result, axles: list[Metrics]) -> None:
-    with pytest.raises(ValueError, match="over = 'place' must be one of: time, distance"):
-        scenario_run(run, axles, title="", caption="", over="place")
-
-
 def test_a_vehicle_that_stands_has_no_path(run: cl.Result) -> None:
     wheelset = scenario().drivetrain.wheelset
     figure = vehicle_creep_curve(run, wheelset, title="", caption="", minimum_speed=100.0)

@@ -139,7 +139,7 @@ def test_loads_follow_statics_with_their_lag(lag: float) -> None:
 
 
 def test_a_vehicle_of_one_axle_is_a_wheelset_under_its_weight() -> None:
-    one = of_axles(1, duration=1.0)
+    one = of_axles(1, duration=1.0, demand=cl.Profile((0.0, 0.8), (1e4, 3e4)))
     factor = one.static_load / one.drivetrain.wheelset.element.axle_load
     assert factor > 1.5
     load = DynamicLoad(time=(0.0, 1.0), factor=(factor, factor))
@@ -151,6 +151,10 @@ def test_a_vehicle_of_one_axle_is_a_wheelset_under_its_weight() -> None:
     assert run.units == alone.units
     for name in ("speed", "creep_force", "available_force", "measured_speed"):
         assert_allclose(run[name], alone[name], rtol=1e-9, atol=1e-6)
+    both = [one, replace(one, vehicle=None)]  # which do not change each other's bits
+    used = cl.run_many(both, "creep_pi", ["utilisation"], index=[7, 7])["utilisation"]
+    for i, case in enumerate(both):
+        assert cl.run_many([case], "creep_pi", ["utilisation"], index=[7])["utilisation"] == used[i]
 
 
 @pytest.mark.parametrize("axles", [1, 2, 4])
@@ -159,6 +163,8 @@ def test_a_plant_under_the_torques_of_a_run_is_that_run(axles: int) -> None:
     case = of_axles(axles, duration=0.5, demand=cl.Profile((0.0, 0.4), (1e4, 3e4)))
     run = cl.run_scenario(case, "creep_pi", index=3, tolerance=1e-5)
     other = replace(case, initial_speed=12.0)
+    slips = cl.Plant(case, initial_creepage=0.01)
+    assert_allclose(slips["creepage"], 0.01, rtol=1e-12)
     single, double = cl.Plant(case, tolerance=1e-5), cl.Plant([case, other], tolerance=1e-5)
     seen, both = single.reset(3), double.reset(3)
     shape = () if axles == 1 else (axles,)
