@@ -19,6 +19,7 @@ from contactlib.kernel.library import (
     struct_dtype,
 )
 from contactlib.kernel.tables import NativeTable
+from contactlib.kernel.vehicles import NativeVehicles
 
 NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
 NativeTrack = tuple[NativeProfile, ...]  # as struct track
@@ -98,6 +99,7 @@ class NativeFleet:
         states: NDArray[np.void],
         substeps: FloatArray,
         failed: NDArray[np.bool_],
+        vehicles: NativeVehicles | None = None,
     ) -> Callable[[int, float, float, float], None]:
         """Prepare to advance states and substeps in place.
 
@@ -109,19 +111,21 @@ class NativeFleet:
             A record and a number for each member.
         failed : ndarray of bool
             It is set for members whose integrator gives up; these are not stepped any more.
+        vehicles : NativeVehicles, optional
+            Those of the members, whose loads and rails follow. Default: they are the inputs'.
 
         Returns
         -------
         callable
             Advances under a row of the inputs; its arguments are the number of the row, the time
-            and the step [s], and the tolerance. The row's friction, slope and grade are set
-            to the track's at the start.
+            and the step [s], and the tolerance. The row's loads, friction, slope and grade are set
+            to those at the start.
         """
         row = pointer(inputs, "drivetrain_input")
         changed = pointer(substeps, "double"), pointer(failed, "unsigned char")
         state = pointer(states, "drivetrain_state")
         step_on, size = library().drivetrains_advance, self.size
-        of_all = self.members, size, self.axles
+        of_all = self.members, size, self.axles, ffi.NULL if vehicles is None else vehicles.struct
 
         def advance(place: int, time: float, step: float, tolerance: float) -> None:
             step_on(*of_all, row + place * size, state, time, step, tolerance, *changed)

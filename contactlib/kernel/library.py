@@ -28,6 +28,7 @@ HEADERS = (
     "wheelset.h",
     "wheelset_step.h",
     "track.h",
+    "vehicle.h",
     "drivetrain.h",
     "creep_curve.h",
     "wheelset_run.h",

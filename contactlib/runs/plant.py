@@ -33,7 +33,6 @@ from contactlib.base.quantities import (
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
-from contactlib.runs.axle_loads import AxleLoads
 from contactlib.runs.initial_state import start
 from contactlib.runs.signals import (
     OF_TRACKS,
@@ -215,12 +214,18 @@ class Brakes:
         return np.asarray(delayed)
 
 
-def _both_sides(records: NDArray[np.void], name: str) -> FloatArray:
-    """View of a field of the left wheel and that of the right one, which follows it."""
-    names = records.dtype.names or ()
-    left = names.index(f"{name}_left")
-    numbers = records.view(np.float64).reshape(*records.shape, len(names))
-    return numbers[..., left : left + 2]
+def _native_vehicles(scenarios: Sequence[Scenario]) -> kernel.NativeVehicles | None:
+    """What the kernel needs of vehicles; None of wheelsets whose rails nothing cleans."""
+    axles = scenarios[0].axles
+    if axles == 1 and all(scenario.rails.cleaning == 0.0 for scenario in scenarios):
+        return None
+    given = [
+        kernel.NativeVehicle(
+            vars(one.vehicle) if axles > 1 else None, one.rails.cleaning, one.rails.recovered
+        )
+        for one in scenarios
+    ]
+    return kernel.NativeVehicles(given, axles)
 
 
 def _numbers(values: FloatArray) -> Numbers:
@@ -422,7 +427,7 @@ class Plant:
         self._axle = np.tile(np.arange(1, axles + 1), len(scenarios))
         shares = [one.shares_of_demand for one in scenarios]  # of traction, of braking
         self._driven, self._braked = np.concatenate(shares, axis=1)
-        self._axle_loads = AxleLoads(scenarios, timing.step) if axles > 1 else None
+        self._vehicles = _native_vehicles(scenarios)
         self._scenarios = scenarios = [one for one in scenarios for _ in range(axles)]
         self.trains = [scenario.drivetrain for scenario in scenarios]
         self.tracks = [scenario.rails for scenario in scenarios]
@@ -435,8 +440,6 @@ class Plant:
         self._radius = _numbers(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
         self.measured_speed = np.zeros(self._inputs.shape)  # of the rows of a block [m/s]
-        self._cleaning = np.array([track.cleaning for track in self.tracks])
-        self._inputs["recovered"] = [track.recovered for track in self.tracks]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * scenario.static_load for scenario in scenarios])
         factors = [scenario.dynamic_load or STATIC for scenario in scenarios]
@@ -456,25 +459,11 @@ class Plant:
         """Let the kernel step the states in place."""
         self._commanded = self._inputs["commanded_torque"]
         changed = self._states, self._substeps, self._failed
-        self._step_on = self.fleet.stepping(self._inputs, *changed)
-        self._forces = np.zeros(len(self.trains), kernel.drivetrain_dtype("output"))
-        self._find_forces = self.fleet.evaluating(self._inputs, self._states, self._forces)
-        records = {"cleaned": self._inputs, "omega": self._states, "creep_force": self._forces}
-        self._by_side = {name: _both_sides(array, name) for name, array in records.items()}
-        if self._axle_loads is not None:
-            self._axle_loads.connect(self._inputs, self._states, self._forces)
+        self._step_on = self.fleet.stepping(self._inputs, *changed, self._vehicles)
 
     def __getstate__(self) -> dict[str, Any]:
         """State for copies and pickles, without what belongs to the kernel."""
-        left_out = (
-            "fleet",
-            "available",
-            "_commanded",
-            "_step_on",
-            "_forces",
-            "_find_forces",
-            "_by_side",
-        )
+        left_out = "fleet", "available", "_commanded", "_step_on"
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -619,7 +608,6 @@ class Plant:
         self._inputs["commanded_brake"] = 0.0
         self._brakes: Brakes | None = None
         self._measured_speed: Numbers = 0.0
-        self._cleaned = np.zeros((n, 2))
         self._failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
         self._inputs["load_left"] = self._inputs["load_right"] = self._load
@@ -635,18 +623,17 @@ class Plant:
         self._connect()
         applied = np.array([one.start == "applied" for one in self._scenarios])
         torque = np.where(applied, self._demand, 0.0)
-        loads = self._axle_loads
-        for again in range(1 if loads is None else SETTLING):
-            if loads is not None:
-                loads.begin(at_rest=again == 0)
-            self._advance(0, 0, 0.0)  # sets the friction at the start
+        vehicles = self._vehicles
+        if vehicles is not None:
+            vehicles.begin(2.0 * self._load)
+        for _ in range(1 if vehicles is None else SETTLING):
+            self._advance(0, 0, 0.0)  # sets loads and friction at the start
             begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
             self._states[:] = begin.states
             self._states["distance"] = -self._behind
-            if loads is not None:
-                self._find_forces(0)
-        if loads is not None:
-            loads.begin(at_rest=False)
+            if vehicles is not None:
+                self._commanded[0] = begin.torque
+                vehicles.settle(self.fleet, self._inputs[0], self._states)
         self._torque, self.refused = _numbers(begin.torque), begin.refused
         self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
         self.failed[[axle // axles for axle in self.refused]] = True
@@ -712,36 +699,11 @@ class Plant:
 
     def _advance(self, place: int, row: int, step: float) -> None:
         """Make the step of a row [s] under the inputs at a place."""
-        if self._axle_loads is not None:
-            self._axle_loads.before_step(place)
         self.measured_speed[place] = self._measured_speed
         self._commanded[place] = self._torque
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
-        if self._cleaning.any():
-            self._by_side["cleaned"][place] = self._cleaned
         self._step_on(place, self._timing.step * row, step, self._tolerance)
-        if step > 0.0:
-            self._after_step(place)
-
-    def _after_step(self, place: int) -> None:
-        """Find the loads of the axles and how far rails are clean, for the next step."""
-        cleans, loads = self._cleaning.any(), self._axle_loads
-        if cleans or loads is not None:
-            self._find_forces(place)
-        work = self._cleaning_work() if cleans else None
-        if loads is not None:
-            loads.after_step(place, work)
-        if work is not None:
-            self._cleaned = -np.expm1(-self._cleaning[:, np.newaxis] * work)
-
-    def _cleaning_work(self) -> FloatArray:
-        """Slip work per length on either rail, shape (n, 2) [J/m]."""
-        speed = self._states["speed"][:, np.newaxis]
-        slip = self.radius[:, np.newaxis] * self._by_side["omega"] - speed
-        slip *= self._by_side["creep_force"]
-        slip /= np.maximum(np.abs(speed), self._slowest[:, np.newaxis])
-        return np.asarray(np.maximum(slip, 0.0))
 
     def _ahead(self, first: int, count: int) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Demand [N.m] at the sample of each row, and the inputs that change from row to row."""

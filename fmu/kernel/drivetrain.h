@@ -8,6 +8,7 @@
 #define DRIVETRAIN_H
 
 #include "track.h"
+#include "vehicle.h"
 #include "wheelset.h"
 
 typedef struct {
@@ -50,9 +51,6 @@ typedef struct {
     double friction_right;   /* [1] */
     double slope;            /* multiplies the initial slope of the creep force [1] */
     double grade;            /* rise over distance where the wheel is; added to the body's [1] */
-    double recovered;        /* factor on friction of clean rails, towards which cleaning raises */
-    double cleaned_left;     /* the track's: the part of the way that is done, 0 to 1 [1] */
-    double cleaned_right;    /* [1] */
 } drivetrain_input;
 
 typedef struct {
@@ -77,20 +75,27 @@ typedef struct {
     contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 
-/* Largest number of axles of a vehicle. */
-enum { MAX_AXLES = 8 };
-
 /* Advance n drivetrains by one step. Each `axles` neighbours share their speed, as those of one
  * vehicle, whose mass is the sum of theirs: then all have a mass, equal speeds, and the same table
  * and kinds of states. 1: each has its own speed. The input's friction, slope and grade are set to
  * the track's at the start; each stretch between two corners of the track's profiles is integrated
  * under those in its middle. The tolerance is relative, as in wheelset_advance; substep holds the
  * length to try first for each drivetrain (0: not known). A drivetrain or vehicle that fails keeps
- * its state, its failed flags are set, and it is not stepped any more. */
+ * its state, its failed flags are set, and it is not stepped any more.
+ *
+ * `vehicles`, unless it is NULL, holds one for every `axles` drivetrains. Then loads and friction are
+ * those of the middle of each substep, whose length keeps their error within the tolerance too, and
+ * those of the inputs are set to the values at the start. */
 CONTACTLIB_API void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axles,
-                                        drivetrain_input *input, drivetrain_state *state,
-                                        double time, double step, double tolerance, double *substep,
-                                        unsigned char *failed);
+                                        vehicle *vehicles, drivetrain_input *input,
+                                        drivetrain_state *state, double time, double step,
+                                        double tolerance, double *substep, unsigned char *failed);
+
+/* Let the loads and the axles' own slip work be those of the present forces, as if nothing had
+ * changed for long. */
+CONTACTLIB_API void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles,
+                                    vehicle *vehicles, const drivetrain_input *input,
+                                    const drivetrain_state *state);
 
 /* Outputs of n drivetrains, for several rows of inputs and states, and unless it is NULL those of
  * the contacts of each one's left and right wheel, whose forces are those of both wheels under

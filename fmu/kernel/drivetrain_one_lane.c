@@ -14,3 +14,41 @@ void drivetrains_settle(const drivetrain_member *members, size_t n, const drivet
         state[i].right = settled(&contact[1]);
     }
 }
+
+void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, vehicle *vehicles,
+                     const drivetrain_input *input, const drivetrain_state *state) {
+    for (size_t k = 0; k < n; k += axles) {
+        vehicle *v = &vehicles[k / axles];
+        vehicle_forces forces = {.towed_force = 0.0};
+        double load[MAX_AXLES];
+        for (size_t i = 0; i < axles; i++) {
+            const drivetrain_input *in = &input[k + i];
+            const drivetrain_state *now = &state[k + i];
+            wheelset_parameters body = on_grade(&members[k + i].drivetrain->body, in->grade);
+            drivetrain_output out;
+            drivetrains_evaluate_one_lane(&members[k + i], 1, 1, in, now, &out, NULL);
+            double force = out.creep_force_left + out.creep_force_right;
+            double omega = 0.5 * (now->omega_left + now->omega_right);
+            forces.creep_force[i] = force;
+            forces.omega_rate[i] =
+                (out.drive_torque - body.radius * force - body.damping * omega) / body.inertia;
+            forces.acceleration += (out.speed_rate + body.grade_acceleration) / (double)axles;
+            double per_way = 1.0 / larger(fabs(now->speed), body.minimum_speed);
+            axle_state fresh = {.load = in->load_left + in->load_right,
+                                .commanded_torque = in->commanded_torque,
+                                .interval = interval_at(v, now->distance)};
+            double slip[2] = {body.radius * now->omega_left - now->speed,
+                              body.radius * now->omega_right - now->speed};
+            fresh.own_left = larger(out.creep_force_left * slip[0], 0.0) * per_way;
+            fresh.own_right = larger(out.creep_force_right * slip[1], 0.0) * per_way;
+            v->axle[i] = fresh;
+        }
+        if (v->body) loads_by_statics(v->body, members[k].drivetrain->body.radius, &forces, load);
+        for (size_t i = 0; v->body && i < axles; i++) v->axle[i].load = v->axle[i].target = load[i];
+    }
+}
+
+void vehicle_loads(const vehicle_parameters *body, double radius, const vehicle_forces *forces,
+                   double load[MAX_AXLES]) {
+    loads_by_statics(body, radius, forces, load);
+}

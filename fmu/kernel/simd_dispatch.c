@@ -66,11 +66,12 @@ const char *wheelsets_advance_wide(const creep_table *table, wheelset_task *task
 }
 
 void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axles,
-                         drivetrain_input *input, drivetrain_state *state, double time, double step,
-                         double tolerance, double *substep, unsigned char *failed) {
+                         vehicle *vehicles, drivetrain_input *input, drivetrain_state *state,
+                         double time, double step, double tolerance, double *substep,
+                         unsigned char *failed) {
     int one_lane = n <= FEW && axles == 1; /* the axles of a vehicle need a lane each */
     (one_lane ? drivetrains_advance_one_lane : CHOOSE(drivetrains_advance))(
-        members, n, axles, input, state, time, step, tolerance, substep, failed);
+        members, n, axles, vehicles, input, state, time, step, tolerance, substep, failed);
 }
 
 void drivetrains_evaluate(const drivetrain_member *members, size_t n, size_t rows,

@@ -30,9 +30,9 @@
     void force_elements_evaluate_##suffix(const creep_table *, const force_task *, size_t);        \
     const char *wheelsets_advance_##suffix(const creep_table *, wheelset_task *, size_t, double,   \
                                            size_t *);                                              \
-    void drivetrains_advance_##suffix(const drivetrain_member *, size_t, size_t,                   \
-                                      drivetrain_input *, drivetrain_state *, double, double,      \
-                                      double, double *, unsigned char *);                          \
+    void drivetrains_advance_##suffix(const drivetrain_member *, size_t, size_t, vehicle *,        \
+                                       drivetrain_input *, drivetrain_state *, double, double,     \
+                                       double, double *, unsigned char *);                         \
     void drivetrains_evaluate_##suffix(const drivetrain_member *, size_t, size_t,                  \
                                        const drivetrain_input *, const drivetrain_state *,         \
                                        drivetrain_output *, force_element_output *);               \
@@ -44,9 +44,9 @@ WIDE_FUNCTIONS(avx2)
 
 /* The versions for a few drivetrains. */
 void drivetrains_advance_one_lane(const drivetrain_member *members, size_t n, size_t axles,
-                                  drivetrain_input *input, drivetrain_state *state, double time,
-                                  double step, double tolerance, double *substep,
-                                  unsigned char *failed);
+                                  vehicle *vehicles, drivetrain_input *input,
+                                  drivetrain_state *state, double time, double step,
+                                  double tolerance, double *substep, unsigned char *failed);
 void drivetrains_evaluate_one_lane(const drivetrain_member *members, size_t n, size_t rows,
                                    const drivetrain_input *input, const drivetrain_state *state,
                                    drivetrain_output *output, force_element_output *contact);
