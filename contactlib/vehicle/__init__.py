@@ -6,7 +6,7 @@ from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
-from contactlib.vehicle.track import Profile, RailState, Track
+from contactlib.vehicle.track import Profile, Track
 from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheelset import Resistance, Wheelset
 
@@ -23,7 +23,6 @@ __all__ = [
     "OperatingPoint",
     "Peak",
     "Profile",
-    "RailState",
     "Resistance",
     "SteadyStates",
     "TorqueControl",

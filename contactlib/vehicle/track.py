@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +9,7 @@ from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import (
     FINITE,
@@ -216,9 +215,9 @@ class Track:
 
     the form of Meli, Ridolfi & Rindi [2]_; Voltr & Lata [3]_ measured such transitions. In runs of
     single wheelsets W is the work of either wheel itself on the metre of its own rail that it is
-    on: its slip power over the vehicle's speed, at the last row. As in their model it has no
-    memory, so a wheel that stops sliding finds the friction of rails that nobody has cleaned. A
-    whole train has `RailState`, which keeps what the axles in front have done.
+    on: its slip power over the vehicle's speed. As in their model it has no memory, so a wheel
+    that stops sliding finds the friction of rails that nobody has cleaned. The axles of a vehicle
+    add what those in front have done there, which the rails keep at nodes 0.1 m apart.
 
     References
     ----------
@@ -475,85 +474,3 @@ class Track:
         """The profiles for the kernel."""
         profiles = (*self.sides, self.friction_over_time, self.slope, self.grade)
         return tuple((profile.at, profile.value) for profile in profiles)
-
-
-CELL = 0.1  # length of rail with one friction [m]; the run begins in the middle of one
-
-
-class RailState:
-    """Slip work on both rails of a track by the axles of trains, for those that come after.
-
-    Each axle finds the friction that the axles before it have left, by the work of all of them; in
-    reverse running the last axle comes first. `run_scenario` uses it, and your own model of a train
-    can.
-
-    Parameters
-    ----------
-    track : Track
-        Factors before the train, and how slip work raises them.
-    distance : ndarray
-        Distances of the axles at the start, shape (n,), or (trains, n) for as many trains, each on
-        rails of its own [m].
-
-    Attributes
-    ----------
-    cleans : bool
-        Whether slip work changes anything.
-    """
-
-    def __init__(self, track: Track, distance: FloatArray) -> None:
-        distance = checked("distance", distance, FINITE)
-        self._track, self.cleans = track, track.cleaning > 0.0
-        self._shape = (*distance.shape, 2)
-        trains = math.prod(distance.shape[:-1])
-        self._train = np.repeat(np.arange(trains), distance.size // max(trains, 1))
-        self._last = self._cells(distance)  # that each axle is on
-        self._first = 0  # cell of the first known work
-        self._work = np.zeros((trains, 0, 2))  # [J/m]
-
-    def friction(self, distance: FloatArray, time: float = 0.0) -> FloatArray:
-        """Factors under both wheels at the axles' distances [m] at a time [s], shape (n, 2)."""
-        scale = self._track.friction_scale(distance, time)
-        if not self.cleans:
-            return scale
-        return self._track.cleaned(scale, self.work_before(distance))
-
-    def work_before(self, distance: FloatArray) -> FloatArray:
-        """Slip work that other axles have left at the distance of each [J/m], shape (n, 2)."""
-        return self._work_in(self._cells(distance))
-
-    def slide(self, distance: FloatArray, work: FloatArray) -> FloatArray:
-        """Note the slip work per length [J/m], (n, 2), of wheels that come to distances [m].
-
-        Returns `work_before` at these distances.
-        """
-        now = self._cells(distance)
-        moved = now - self._last
-        if self.cleans and moved.any():
-            work = np.maximum(work, 0.0).reshape(-1, 2)
-            while (leaves := np.flatnonzero(moved)).size:
-                cells = self._places(self._last[leaves])
-                self._work[self._train[leaves], cells] += work[leaves]
-                by = np.sign(moved)
-                self._last, moved = self._last + by, moved - by
-        self._last = now
-        return self._work_in(now)
-
-    def _work_in(self, cells: NDArray[np.intp]) -> FloatArray:
-        """Work in the cell of each axle [J/m], shape (n, 2)."""
-        places = self._places(cells)
-        return self._work[self._train, places].reshape(self._shape)
-
-    def _cells(self, distance: FloatArray) -> NDArray[np.intp]:
-        return np.rint(np.ravel(distance) / CELL).astype(np.intp)
-
-    def _places(self, cells: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Where the work of cells is kept; makes room for cells that are new."""
-        known = self._work.shape[1]
-        before, after = self._first - int(cells.min()), int(cells.max()) + 1 - self._first - known
-        if before > 0 or after > 0:
-            spare = 1024 + known  # so that a long run makes room rarely
-            more = (before > 0) * (before + spare), (after > 0) * (after + spare)
-            self._work = np.pad(self._work, ((0, 0), more, (0, 0)))
-            self._first -= more[0]
-        return cells - self._first

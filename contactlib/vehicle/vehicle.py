@@ -1,14 +1,14 @@
-"""A rail vehicle: axles behind one another under bogies and body, and the loads by statics."""
+"""A rail vehicle: axles behind one another under bogies and body; the kernel has its statics."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contactlib import kernel
 from contactlib.base.quantities import (
     FloatArray,
     Limits,
@@ -17,7 +17,6 @@ from contactlib.base.quantities import (
     checked,
     checked_number,
 )
-from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.vehicle.track import Values
 
 MASS = Quantity("kg", at_least=0.0, at_most=1e8, usual=(0.0, 3e6))
@@ -145,23 +144,13 @@ class Vehicle(Parameters):
     @property
     def own_mass(self) -> float:
         """Mass of the vehicle without its train [kg]."""
-        bogies = len(self._places[1])
+        bogies = self.axles / min(self.axles_per_bogie, self.axles)
         return self.body_mass + bogies * self.bogie_mass + self.axles * self.wheelset_mass
 
     @property
     def mass(self) -> float:
         """Mass of vehicle and train [kg]."""
         return self.own_mass + self.train_mass
-
-    @cached_property
-    def _places(self) -> tuple[FloatArray, FloatArray]:
-        """Places of axles in their bogies, (bogies, axles), and of the bogies in the vehicle [m].
-
-        They are positive in front of the middle.
-        """
-        at = -np.reshape(self.position, (-1, int(min(self.axles_per_bogie, self.axles))))
-        middle = at.mean(axis=1)
-        return at - middle[:, np.newaxis], middle - middle.mean()
 
     def loads(
         self,
@@ -197,51 +186,10 @@ class Vehicle(Parameters):
                 f"creep_force has the shape {force.shape}: its last axis must have {self.axles} "
                 "entries, one for each axle"
             )
-        static, by_force, by_acceleration, by_turning = self.statics(radius)
+        radius = checked_number("radius", radius, ROLLING)
         turning = a[..., np.newaxis] / radius * np.ones(self.axles)
         if omega_rate is not None:
             turning = checked("omega_rate", omega_rate, ALLOWED)
-        load = static + force @ by_force.T + a[..., np.newaxis] * by_acceleration
-        load = load + turning @ by_turning.T
-        return np.asarray(np.maximum(load, 0.0))
-
-    def statics(self, radius: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Loads at rest, and their derivatives by creep forces, by the acceleration, by omega_rate.
-
-        Shapes (n,), (n, n), (n,) and (n, n) in N, N/N, kg and kg.m; of wheels of a radius [m].
-        """
-        radius = checked_number("radius", radius, ROLLING)
-        places, pivots = self._places
-        bogies, axles = places.shape
-        wheelsets = axles * self.wheelset_mass
-        # Rows: bogies. Columns: creep forces, then the acceleration.
-        pull = np.zeros((bogies, self.axles + 1))
-        for i in range(bogies):
-            pull[i, i * axles : (i + 1) * axles] = 1.0
-        pull[:, -1] = -(self.bogie_mass + wheelsets)
-        # Moments that lift the front: of the body about the pivots' height, of bogies about the
-        # rail. Resistance, sum Q - m a, acts on vehicle and train in proportion to their masses.
-        everything = np.append(np.ones(self.axles), 0.0)
-        coupler = self.train_mass / self.mass * everything
-        pulling = pull.sum(axis=0)
-        pulling[-1] -= self.body_mass
-        resistance = pulling - coupler
-        body = coupler * (self.coupler_height - self.pivot_height)
-        body += resistance * (self.body_height - self.pivot_height)
-        body[-1] += self.body_mass * (self.body_height - self.pivot_height)
-        bogie = pull * self.pivot_height
-        bogie[:, -1] += self.bogie_mass * self.bogie_height + wheelsets * radius
-        tiny = np.finfo(float).tiny
-        squares = np.maximum((places**2).sum(axis=1, keepdims=True), tiny)
-        arm = (places / squares)[..., np.newaxis]
-        lever = pivots / np.maximum(pivots @ pivots, tiny)
-        by_turning = arm.reshape(-1, 1) * np.kron(np.eye(bogies), np.ones((axles, axles)))
-        if axles == 1:  # such a bogie carries no moment: it hands its own to the body
-            body += bogie.sum(axis=0)
-            by_turning = np.outer(lever, np.ones(bogies))
-        on_pivot = -np.outer(lever, body)
-        change = on_pivot[:, np.newaxis] / axles - arm * bogie[:, np.newaxis]
-        change = change.reshape(self.axles, -1)
-        weight = self.body_mass / self.axles + self.bogie_mass / axles + self.wheelset_mass
-        static = np.full(self.axles, weight * STANDARD_GRAVITY)
-        return static, change[:, :-1], change[:, -1], -self.pitch_inertia * by_turning
+        force, turning = np.broadcast_arrays(force + 0.0 * a[..., np.newaxis], turning)
+        a = np.broadcast_to(a, force.shape[:-1])
+        return kernel.vehicle_loads(vars(self), radius, force, a, turning)

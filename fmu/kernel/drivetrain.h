@@ -83,9 +83,9 @@ typedef struct {
  * length to try first for each drivetrain (0: not known). A drivetrain or vehicle that fails keeps
  * its state, its failed flags are set, and it is not stepped any more.
  *
- * `vehicles`, unless it is NULL, holds one for every `axles` drivetrains. Then loads and friction are
- * those of the middle of each substep, whose length keeps their error within the tolerance too, and
- * those of the inputs are set to the values at the start. */
+ * `vehicles`, unless it is NULL, holds one for every `axles` drivetrains. Then loads and friction
+ * are those of the middle of each substep, whose length keeps their error within the tolerance too,
+ * and those of the inputs are set to the values at the start. */
 CONTACTLIB_API void drivetrains_advance(const drivetrain_member *members, size_t n, size_t axles,
                                         vehicle *vehicles, drivetrain_input *input,
                                         drivetrain_state *state, double time, double step,

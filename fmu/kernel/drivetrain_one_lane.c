@@ -39,8 +39,10 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
                                 .interval = interval_at(v, now->distance)};
             double slip[2] = {body.radius * now->omega_left - now->speed,
                               body.radius * now->omega_right - now->speed};
-            fresh.own_left = larger(out.creep_force_left * slip[0], 0.0) * per_way;
-            fresh.own_right = larger(out.creep_force_right * slip[1], 0.0) * per_way;
+            fresh.own_left =
+                larger(out.creep_force_left * slip[0], 0.0) * per_way / in->friction_left;
+            fresh.own_right =
+                larger(out.creep_force_right * slip[1], 0.0) * per_way / in->friction_right;
             v->axle[i] = fresh;
         }
         if (v->body) loads_by_statics(v->body, members[k].drivetrain->body.radius, &forces, load);

@@ -31,8 +31,8 @@
     const char *wheelsets_advance_##suffix(const creep_table *, wheelset_task *, size_t, double,   \
                                            size_t *);                                              \
     void drivetrains_advance_##suffix(const drivetrain_member *, size_t, size_t, vehicle *,        \
-                                       drivetrain_input *, drivetrain_state *, double, double,     \
-                                       double, double *, unsigned char *);                         \
+                                      drivetrain_input *, drivetrain_state *, double, double,      \
+                                      double, double *, unsigned char *);                          \
     void drivetrains_evaluate_##suffix(const drivetrain_member *, size_t, size_t,                  \
                                        const drivetrain_input *, const drivetrain_state *,         \
                                        drivetrain_output *, force_element_output *);               \

@@ -1,9 +1,9 @@
 /* A vehicle of one to eight axles: the loads of its axles, and what they leave on its rails.
  *
  * The loads follow, with a lag, the forces at rails, couplers and masses by statics of rigid bodies
- * in the vertical plane: equal springs on all axles of a bogie and under both ends of the body. Slip
- * cleans the rails: friction rises towards a limit with the slip work per length that all axles have
- * done there. */
+ * in the vertical plane: equal springs on all axles of a bogie and under both ends of the body.
+ * Slip cleans the rails: friction rises towards a limit with the slip work per length that all
+ * axles have done there. */
 #ifndef VEHICLE_H
 #define VEHICLE_H
 
@@ -38,24 +38,24 @@ typedef struct {
     double towed_force;            /* with which others pull its couplers backward [N] */
 } vehicle_forces;
 
-/* Loads by statics, of both wheels of each axle, at least 0 [N]; the radius [m] is the height of the
- * wheelsets' centres. */
+/* Loads by statics, of both wheels of each axle, at least 0 [N]; the radius [m] is the height of
+ * the wheelsets' centres. */
 CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, double radius,
                                   const vehicle_forces *forces, double load[MAX_AXLES]);
 
 /* What an axle has of the past. Integrals over the interval between two nodes of the rails count
  * from the axle's arrival there. */
 typedef struct {
-    double load;                           /* of both wheels [N] */
-    double target, target_rate;            /* load by statics, mean of the last substep [N, N/s] */
-    double own_left, own_right;            /* slip work per length in it [J/m] */
-    double own_rate_left, own_rate_right;  /* its change with time [J/(m.s)] */
-    double length;                         /* of the substep [s]; 0: rates are not known */
-    double commanded_torque;               /* [N.m] */
-    double interval;                       /* number of the interval of the rails */
-    double work_left, work_right;          /* slip work in it [J] */
-    double before_left, before_right;      /* slip work in the last one, for the node between [J] */
-    double came;                           /* 1: forward from the last one, -1: backward, or 0 */
+    double load;                          /* of both wheels [N] */
+    double target, target_rate;           /* load by statics, mean of the last substep [N, N/s] */
+    double own_left, own_right;           /* slip work per length and factor on friction [J/m] */
+    double own_rate_left, own_rate_right; /* its change with time [J/(m.s)] */
+    double length;                        /* of the substep [s]; 0: rates are not known */
+    double commanded_torque;              /* [N.m] */
+    double interval;                      /* number of the interval of the rails */
+    double work_left, work_right;         /* slip work in it [J] */
+    double before_left, before_right;     /* slip work in the last one, for the node between [J] */
+    double came;                          /* 1: forward from the last one, -1: backward, or 0 */
 } axle_state;
 
 /* Slip work on the rails. Nodes are `node_distance` apart; beyond the known ones it is 0. The nodes
@@ -71,7 +71,7 @@ typedef struct {
     double recovered;               /* factor on friction towards which cleaning raises it [1] */
     double node_distance;           /* [m] */
     axle_state *axle;               /* of each axle */
-    rail_range *range;              /* NULL without cleaning, as are */
+    rail_range *range;              /* NULL if only the axle's own work counts; then also: */
     double *work;                   /* on the left and the right rail at each node [J/m] */
     size_t nodes;                   /* in the ring: a power of two */
 } vehicle;

@@ -8,11 +8,12 @@
 #include "vehicle.h"
 
 /* Moment balances of bogies and body, whose inertia and resistance act at their centres of mass.
- * Moments that lift the front are positive; those of the body are about the pivots' height, those of
- * a bogie about the rail. */
+ * Moments that lift the front are positive; those of the body are about the pivots' height, those
+ * of a bogie about the rail. */
 static inline void loads_by_statics(const vehicle_parameters *p, double radius,
                                     const vehicle_forces *forces, double load[MAX_AXLES]) {
-    const int n = (int)p->axles, each = (int)p->axles_per_bogie, bogies = n / each;
+    const int n = (int)p->axles, given = (int)p->axles_per_bogie;
+    const int each = given < n ? given : n, bogies = n / each; /* one axle is a bogie */
     const double *at = p->position, a = forces->acceleration;
     double middle[MAX_AXLES], centre = 0.0, squares = 0.0, moment[MAX_AXLES];
     double own = p->body_mass + bogies * p->bogie_mass + n * p->wheelset_mass;
@@ -72,7 +73,7 @@ static inline void work_left_at(const vehicle *v, double distance, double work[2
     double interval = interval_at(v, distance);
     double part = distance / v->node_distance - interval + 0.5; /* 0 to 1 within the interval */
     work[0] = work[1] = 0.0;
-    for (int end = 0; end < 2; end++) {
+    for (int end = 0; v->range && end < 2; end++) {
         double node = interval - 1.0 + end, weight = end == 0 ? 1.0 - part : part;
         if (node < v->range->first || node > v->range->last) continue;
         for (int side = 0; side < 2; side++) work[side] += weight * work_at(v, node)[side];
@@ -98,9 +99,9 @@ static inline void add_work(const vehicle *v, double node, const double work[2])
     if (work[0] != work[1]) range->sides = 1.0;
 }
 
-/* Let an axle do slip work [J] evenly on its way to a distance. Each interval gives half of its work
- * to the node at either end, once the axle has left the intervals beside that node: until then it is
- * the axle's own. */
+/* Let an axle do slip work [J] evenly on its way to a distance. Each interval gives half of its
+ * work to the node at either end, once the axle has left the intervals beside that node: until then
+ * it is the axle's own. */
 static inline void slide(const vehicle *v, axle_state *axle, double from, double to,
                          const double slip_work[2]) {
     const double target = interval_at(v, to), direction = target < axle->interval ? -1.0 : 1.0;
@@ -130,10 +131,20 @@ static inline void slide(const vehicle *v, axle_state *axle, double from, double
     axle->work_right += rest[1];
 }
 
-/* Friction where slip work per length has cleaned the rails. */
-static inline double cleaned(const vehicle *v, double friction, double work) {
-    double missing = larger(v->recovered - friction, 0.0);
-    return friction + (1.0 - decaying_exponential(v->cleaning * work)) * missing;
+/* Friction of rails that slip work has cleaned, by others and by the wheel itself, whose own work
+ * per length is in proportion to the friction that it finds: Newton's method from above, where the
+ * equation is convex. */
+static inline double cleaned(const vehicle *v, double friction, double others, double own) {
+    const double missing = larger(v->recovered - friction, 0.0);
+    double found = friction + missing;
+    for (int i = 0; i < 50 && missing > 0.0; i++) {
+        double left = missing * decaying_exponential(v->cleaning * (others + own * found));
+        double above = found - (friction + missing - left);
+        double step = above / (1.0 - left * v->cleaning * own);
+        found -= step;
+        if (!(step > 1e-13 * found)) break;
+    }
+    return found;
 }
 
 #endif

@@ -210,7 +210,7 @@ static double relative_size(const wheelset_run *run, rows y, rows change) {
 static int take_step(wheelset_run *run) {
     rows f, rates, error, next, k[MAX_STAGES];
     matrix j;
-    factors one = {.problem = &run->problem, .j = &j};
+    factors one = {.problem = &run->problem, .j = &j, .by_part = NULL};
     double time = run->now[ROW_TIME][0], left = run->given.end - time, h = run->next;
     memset(j, 0, sizeof j);
     rates_of_loop(run, run->now, f, &j);

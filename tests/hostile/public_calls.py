@@ -142,7 +142,6 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "path": lambda: Path(gettempdir()) / "never-written.fmu",
     "phase_plane_system wheelset": lambda: cl.load_model("models/locomotive.toml").wheelset,
     "point": point,
-    "RailState distance": lambda: np.zeros(2),
     "reference": two_points,
     "scenario": scenario,
     "scenarios": lambda: [scenario()],
@@ -206,7 +205,6 @@ EXEMPT: dict[str, str] = {
     **dict.fromkeys(
         (
             *("CreepControl.start", "TorqueControl.start", "Wheelset.rates"),
-            "RailState.friction",
         ),
         EVERY_STEP,
     ),

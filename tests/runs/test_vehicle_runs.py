@@ -57,7 +57,7 @@ def test_the_axles_share_their_speed_as_in_another_solver() -> None:
     load = np.array([0.9, 1.1, 0.95, 1.05]) * element.axle_load
     inputs = np.zeros((1, n), kernel.drivetrain_dtype("input"))
     states = np.zeros(n, kernel.drivetrain_dtype("state"))
-    inputs["slope"] = inputs["recovered"] = 1.0
+    inputs["slope"] = 1.0
     inputs["friction_left"] = inputs["friction_right"] = friction
     inputs["load_left"] = inputs["load_right"] = 0.5 * load
     inputs["commanded_torque"] = torque
@@ -90,7 +90,7 @@ def test_loads_are_those_of_statics_and_energy_closes() -> None:
     result = cl.run_scenario(scenario, "creep_pi")
     vehicle, wheelset = scenario.vehicle, scenario.drivetrain.wheelset
     assert vehicle is not None
-    rest = vehicle.statics(wheelset.radius)[0]
+    rest = vehicle.loads([0.0] * 4, acceleration=0.0, radius=wheelset.radius)
     steady = slice(-40, None)  # 0.2 s, of ten lags
     statics = vehicle.loads(
         result["creep_force"][steady],

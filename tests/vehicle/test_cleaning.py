@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
-from contactlib.traction import OpenLoop
-from contactlib.vehicle import RailState
-from contactlib.vehicle.track import CELL
+from contactlib.traction import OpenLoop, Sensors
 
 RATE = 1e-4
 WET = cl.Profile((100.0, 100.0), (0.5, 0.35))
@@ -41,18 +39,19 @@ def test_without_cleaning_no_bit_changes() -> None:
         assert np.array_equal(run[signal], other[signal], equal_nan=True), signal
 
 
+def slip_work(run: cl.Result, side: str, radius: float) -> np.ndarray:
+    """Slip work per length of a wheel [J/m]."""
+    slip = radius * run[f"omega_{side}"] - run["speed"]
+    return np.maximum(run[f"creep_force_{side}"] * slip / np.abs(run["speed"]), 0.0)
+
+
 def test_a_wheel_cleans_the_rail_that_it_is_on() -> None:
-    """The friction of a row is the law of the work in the row before, of each side."""
+    """The friction of a row is the law of its own work, of each side."""
     track = replace(DIRTY, friction_right=cl.Profile.of(1.0))
     run = cl.run_scenario(sliding(track), "open_loop")
-    radius = 0.5
     for side, before in (("left", WET(run["distance"])), ("right", np.ones(run.time.size))):
-        slip = radius * run[f"omega_{side}"] - run["speed"]
-        work = run[f"creep_force_{side}"] * slip / run["speed"]
-        expected = track.cleaned(before[1:], np.maximum(work[:-1], 0.0))
-        friction = run[f"friction_scale_{side}"][1:]
-        np.testing.assert_allclose(friction, expected, atol=5e-3)
-        assert (friction >= before[1:]).all()
+        expected = track.cleaned(before, slip_work(run, side, 0.5))
+        np.testing.assert_allclose(run[f"friction_scale_{side}"], expected, atol=1e-6)
     assert np.ptp(run["friction_scale_right"]) == 0.0
     assert run["friction_scale_left"].max() > 0.5
     assert np.abs(run["energy_defect"]).max() < 1e-6 * abs(run["drive_work"][-1])
@@ -78,20 +77,51 @@ def test_many_are_one_by_one() -> None:
     assert friction[0] < friction[1] < friction[2]
 
 
-def test_axles_find_what_those_in_front_have_done() -> None:
-    state = RailState(DIRTY, np.array([20.0, 17.0, 5.0]))
-    works = np.array([[4e3, 0.0], [2e3, 1e3], [9e9, 9e9]])
-    for k in range(700):
-        at = np.array([20.0, 17.0, 5.0]) + 0.5 * CELL * k
-        friction = state.friction(at)
-        state.slide(at, works)
-    before = DIRTY.friction_scale(at, 0.0)
-    done = [[0.0, 0.0], [4e3, 0.0], [6e3, 1e3]]
-    np.testing.assert_allclose(friction, DIRTY.cleaned(before, done), rtol=1e-14)
-    idle = RailState(replace(DIRTY, cleaning=0.0), at)
-    idle.slide(at, works)
-    assert not idle.cleans
-    np.testing.assert_array_equal(idle.friction(at), before)
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_axles_find_what_those_in_front_have_done(direction: float) -> None:
+    """The friction of each is the law of all work at its place, summed from the run's own rows."""
+    scenario = cl.load_scenario("four_axles.toml")
+    ends, left = (30.0, 30.0, 130.0, 130.0), (1.0, 0.545, 0.545, 1.0)
+    dirty = cl.Profile(tuple(direction * end for end in ends)[:: int(direction)], left)
+    track = replace(scenario.track, friction_left=dirty, friction_right=cl.Profile.of(0.7))
+    scenario = replace(
+        scenario,
+        track=track,
+        sensors=Sensors(),
+        initial_speed=direction * scenario.initial_speed,
+        demand=cl.Profile((1.0, 2.0), (0.0, direction * 24e3)),
+        duration=8.0,
+    )
+    run = cl.run_scenario(scenario, "open_loop", step=1e-3)
+    radius = scenario.drivetrain.wheelset.radius
+    for side, rails in (("left", dirty), ("right", track.friction_right)):
+        assert isinstance(rails, cl.Profile)
+        axles = [run.axle(i) for i in range(1, 5)]
+        done = [slip_work(axle, side, radius) for axle in axles]
+        for i, axle in enumerate(axles):
+            at, work = axle["distance"], done[i].copy()
+            for other, theirs in zip(run.axles, done, strict=True):
+                if direction * (other["distance"] - at)[0] > 0.0:
+                    reached = direction * (at - other["distance"][0]) > 0.2
+                    there = np.interp(direction * at, direction * other["distance"], theirs)
+                    work += np.where(reached, there, 0.0)
+            expected = track.cleaned(rails(at), work)
+            error = np.abs(axle[f"friction_scale_{side}"] - expected)
+            assert error.mean() < 1e-3
+            assert np.quantile(error, 0.99) < 0.02  # nodes of the rails are 0.1 m apart
+
+
+@pytest.mark.parametrize("cleaning", [1e-3, 0.0])
+def test_rows_do_not_matter(cleaning: float) -> None:
+    """Loads and rails follow within a row, at the integrator's own substeps."""
+    scenario = cl.load_scenario("four_axles.toml")
+    track = replace(scenario.track, cleaning=cleaning)
+    scenario = replace(scenario, track=track, duration=8.0)
+    fine, coarse = (cl.run_scenario(scenario, "creep_pi", step=step) for step in (1e-3, 5e-3))
+    friction = scenario.drivetrain.wheelset.element.friction.kinetic * coarse["axle_load"]
+    error = np.abs(coarse["creep_force"] - fine["creep_force"][::5]) / friction
+    assert error.max() < 1e-4
+    assert error.mean() < 1e-5
 
 
 def test_limits() -> None:
