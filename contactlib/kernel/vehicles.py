@@ -95,11 +95,11 @@ class NativeVehicles:
             self._nodes = 1 << int(np.ceil(np.log2(length / node_distance + 4.0)))
         self._ranges = np.zeros(len(vehicles), struct_dtype("rail_range"))
         self._work = np.zeros((len(vehicles), self._nodes, 2))
-        self.begin()
 
-    def begin(self) -> None:
-        """Forget the past."""
+    def begin(self, load: FloatArray) -> None:
+        """Forget the past, under the loads of all axles [N]."""
         self.axles[...] = np.zeros((), self.axles.dtype)
+        self.axles["load"] = self.axles["target"] = load.reshape(self.axles.shape)
         self._ranges[...] = (0.0, -1.0, 0.0)
 
     @property
@@ -134,4 +134,3 @@ def _vehicle_dtype() -> np.dtype[np.void]:
     numbers = [(name, np.float64) for name in ("cleaning", "recovered", "node_distance")]
     arrays = [(name, np.uintp) for name in ("axle", "range", "work", "nodes")]
     return checked_dtype([("body", np.uintp), *numbers, *arrays], "vehicle")
-

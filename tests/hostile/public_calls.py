@@ -203,9 +203,7 @@ NOT_A_NUMBER = {"fit", "run_many", "sensor_errors"}
 EXEMPT: dict[str, str] = {
     **dict.fromkeys(("FitResult", "OperatingPoint", "Tuning"), "what an analysis answers"),
     **dict.fromkeys(
-        (
-            *("CreepControl.start", "TorqueControl.start", "Wheelset.rates"),
-        ),
+        (*("CreepControl.start", "TorqueControl.start", "Wheelset.rates"),),
         EVERY_STEP,
     ),
     "Conditions": "made and checked by Wheelset.conditions",

@@ -100,7 +100,7 @@ def test_axles_find_what_those_in_front_have_done(direction: float) -> None:
         done = [slip_work(axle, side, radius) for axle in axles]
         for i, axle in enumerate(axles):
             at, work = axle["distance"], done[i].copy()
-            for other, theirs in zip(run.axles, done, strict=True):
+            for other, theirs in zip(axles, done, strict=True):
                 if direction * (other["distance"] - at)[0] > 0.0:
                     reached = direction * (at - other["distance"][0]) > 0.2
                     there = np.interp(direction * at, direction * other["distance"], theirs)
