@@ -257,10 +257,9 @@ def outlook(scenario: Scenario) -> list[str]:
     start = max(abs(scenario.initial_speed), wheelset.element.minimum_speed)
     speeds = [scenario.design_speed, *([start] if start < scenario.design_speed else [])]
     remembers = wheelset.element.memory
-    vibrates = drivetrain.axle is not None and not remembers
     lines, rates = [], {}
     for speed in speeds:
-        rates[speed] = [drivetrain.torsional_frequency if vibrates else 0.0]
+        rates[speed] = [0.0, *([] if remembers else drivetrain.vibrations)]
         for sample_time in sample_times(scenario):
             for friction, slope in sorted({scenario.rails.lowest, scenario.rails.highest}):
                 line, pole = _verdict(scenario, speed, sample_time, friction, slope)

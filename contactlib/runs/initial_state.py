@@ -85,19 +85,25 @@ def _twist(
     states: Any,
     creepage: FloatArray,
 ) -> None:
-    """Twist elastic axles such that both wheels keep their creepage."""
-    if all(scenario.drivetrain.axle is None for scenario in scenarios):
+    """Twist elastic axles and shafts such that both wheels keep their creepage."""
+    if not any(scenario.drivetrain.vibrations for scenario in scenarios):
         return
     there = fleet.evaluate(inputs, states)
-    for i, scenario in enumerate(scenarios):
-        wheelset, axle = scenario.drivetrain.wheelset, scenario.drivetrain.axle
+    for i, train in enumerate(scenario.drivetrain for scenario in scenarios):
+        wheelset, axle, motor = train.without_rotor, train.axle, train.motor
+        # d omega/dt = (1 + zeta)/r dV/dt
+        gained = (1.0 + creepage[i] * np.sign(states["speed"][i])) / wheelset.radius
+        gained *= there["speed_rate"][i]
+        torque = states["drive_torque"][i] - motor.inertia_at_axle * gained
+        if motor.shaft_stiffness is not None:
+            states["motor_omega"][i] = states["omega_left"][i]
+            states["shaft_twist"][i] = torque / motor.shaft_stiffness
         if axle is None:
             continue
-        # J/2 (1 + zeta)/r dV/dt = share T - T_brake/2 - r Q_left - b/2 omega - k twist
-        gained = (1.0 + creepage[i] * np.sign(states["speed"][i])) / wheelset.radius
+        # J/2 d omega/dt = share T - T_brake/2 - r Q_left - b/2 omega - k twist
         lost = wheelset.radius * there["creep_force_left"][i]
         lost += 0.5 * wheelset.damping * states["omega_left"][i]
-        lost += 0.5 * wheelset.inertia * gained * there["speed_rate"][i]
-        given = axle.drive_share * states["drive_torque"][i]
+        lost += 0.5 * wheelset.inertia * gained
+        given = axle.drive_share * torque
         given -= 0.5 * states["brake_torque"][i] * states["pads_left"][i]
         states["twist"][i] = (given - lost) / axle.stiffness

@@ -35,6 +35,7 @@ from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
 from contactlib.runs.signals import (
+    OF_SHAFTS,
     OF_TRACKS,
     SHARED,
     UNITS,
@@ -262,14 +263,14 @@ class Timing(NamedTuple):
 def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
     """Longest time between rows if none is given [s].
 
-    It is `longest`, or less: a twentieth of the period of an elastic axle's swing, a tenth of the
-    shortest period in the dynamic load.
+    It is `longest`, or less: a twentieth of the period in which an elastic axle and a shaft swing,
+    a tenth of the shortest period in the dynamic load.
     """
-    load, axle = scenario.dynamic_load, scenario.drivetrain.axle
+    load, vibrations = scenario.dynamic_load, scenario.drivetrain.vibrations
     if load is not None and load.highest_frequency > 0.0:
         longest = min(longest, 0.1 / load.highest_frequency)
-    if axle is not None:
-        longest = min(longest, 2.0 * math.pi / scenario.drivetrain.torsional_frequency / 20.0)
+    if vibrations:  # coupled ones are about this fast
+        longest = min(longest, 2.0 * math.pi / math.hypot(*vibrations) / 20.0)
     return longest
 
 
@@ -544,7 +545,9 @@ class Plant:
     @property
     def units(self) -> Mapping[str, str]:
         """Units of the signals; there is a speed limit if a track has one."""
-        return {**UNITS, **(units(OF_TRACKS) if self.has_limits else {})}
+        shafts = all(train.motor.rotor_inertia is not None for train in self.trains)
+        more = {**(OF_SHAFTS if shafts else {}), **(OF_TRACKS if self.has_limits else {})}
+        return {**UNITS, **units(more)}
 
     @property
     def time(self) -> float:

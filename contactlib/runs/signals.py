@@ -66,12 +66,16 @@ SIGNALS = {  # of sampled runs, in this order; `Block` computes those that the k
     "creep_work": Signal("J", "work that friction turns into heat"),
     "resistance_work": Signal("J", "work of the resistance, or of a rig that holds the speed"),
     "loss_work": Signal("J", "work of the damping"),
-    "stored_energy": Signal("J", "kinetic energy, and that of the twisted axle"),
+    "stored_energy": Signal("J", "kinetic energy, and that of twisted axle and shaft"),
     "energy_defect": Signal("J", "error of the energy balance"),
     "brake_torque": Signal("N.m", "torque of the brake against the rotation"),
     "measured_speed": Signal("m/s", "vehicle speed that the controllers get"),
 }
 SHARED = ("speed", "acceleration", "speed_limit")  # by the axles of a vehicle
+OF_SHAFTS = {  # of drivetrains whose motor has a shaft
+    "motor_omega": Signal("rad/s", "angular velocity of the rotor over the gear ratio"),
+    "shaft_torque": Signal("N.m", "torque that twists the shaft of the motor, at the axle"),
+}
 OF_TRACKS = {"speed_limit": Signal("m/s", "speed from which the driver demands no traction")}
 CONTINUOUS = {  # of a run under a continuous controller, before those of sampled runs
     "omega": SIGNALS["omega"]._replace(sides=False),
@@ -161,7 +165,7 @@ def checked_signals(names: Iterable[str], elements: Collection[ForceElement]) ->
 
 def long_name(name: str) -> str:
     """Describe a signal; of any other name its words."""
-    known = {**SIGNALS, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
+    known = {**SIGNALS, **OF_SHAFTS, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
     both, _, side = name.rpartition("_")
     if name not in known and side in SIDES and both in known:
         return f"{known[both].description}, {side} wheel"

@@ -1,7 +1,8 @@
-"""Wheelset on an elastic axle: growth and limit cycles of its wheels' antiphase vibration.
+"""Vibrations of a drivetrain: of wheels against each other, and of the motor against them.
 
-Each wheel has half of the wheelset's inertia, J_w = J/2, of its load and, at the same creepage, of
-its creep force, Q1 = Q/2. With the twist theta, k and d of the axle, b/2 on each wheel,
+On an elastic axle each wheel has half of the wheelset's inertia, J_w = J/2, of its load and, at the
+same creepage, of its creep force, Q1 = Q/2. With the twist theta, k and d of the axle, b/2 on each
+wheel,
 
     J_w domega_l/dt = T_l - r Q1(zeta_l) - (b/2) omega_l - k theta - d (omega_l - omega_r)
     J_w domega_r/dt = T_r - r Q1(zeta_r) - (b/2) omega_r + k theta + d (omega_l - omega_r)
@@ -34,6 +35,13 @@ steepest fall of its creep force, differ from the describing function by
 
 A ripple of the mean creepage matters more: creep control with a gain of (1200 1/s) J V/r, sampled
 every 0.25 ms, leaves a ripple that increases a by 2.6 % at 10 m/s and by 16 % at 2 m/s.
+
+On a shaft of k and d the rotor, of I = i^2 I_m seen from the axle, vibrates against the wheelset,
+of J - I without it, with omega_s^2 = k (1/I + 1/(J - I)). The wheels have the part I/J of that
+vibration's kinetic energy, so it grows at half of I/J times their own rate,
+-(r^2 Q'/V + b)/(J - I), less half of the shaft's d (1/I + 1/(J - I)); the error is of second order
+in the ratio of both rates to omega_s. Control of the creepage that is slower than the vibration
+does not stop it. Above, J is then that of the wheelset without the rotor.
 """
 
 from __future__ import annotations
@@ -69,6 +77,8 @@ __all__ = [
     "antiphase_eigenvalues",
     "bistable_range",
     "effective_slope",
+    "shaft_pole",
+    "shaft_threshold",
     "torsional_jacobian",
     "torsional_state",
     "torsional_threshold",
@@ -85,13 +95,42 @@ def torsional_jacobian(drivetrain: Drivetrain, point: OperatingPoint) -> FloatAr
 
     With memory (held_force_left, held_force_right, unslipped_left, unslipped_right) follow, each
     force being that of a contact under twice the load of the wheel, as in the kernel's drivetrain.
+    A motor on a shaft adds (motor_omega, shaft_twist) at the end; on a rigid axle its wheels have
+    the states of `Wheelset.jacobians`. Of a vehicle's equal axles one vibrates against the others
+    as at a held speed, and all together as one that moves its part of the mass.
 
     Returns
     -------
     ndarray, shape (n, n)
         Jacobian in SI units.
+
+    Raises
+    ------
+    ValueError
+        If the axle is rigid and the motor has no shaft.
     """
-    axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
+    motor, wheelset = drivetrain.motor, drivetrain.without_rotor
+    if motor.shaft_stiffness is None:
+        return _jacobian_of_wheels(checked_axle(drivetrain), wheelset, point)
+    if drivetrain.axle is None:
+        wheels, shares = wheelset.jacobians(point.creepage, **_contact_at(wheelset, point)), [1.0]
+    else:
+        wheels = _jacobian_of_wheels(drivetrain.axle, wheelset, point)
+        shares = [drivetrain.axle.drive_share, 1.0 - drivetrain.axle.drive_share]
+    share = np.zeros(len(wheels) + 2)
+    share[: len(shares)] = shares
+    matrix = np.pad(wheels, (0, 2))
+    ahead = -share  # d shaft_twist/dt = motor_omega - sum share omega
+    ahead[-2] = 1.0
+    torque = motor.shaft_damping * ahead
+    torque[-1] = motor.shaft_stiffness
+    matrix += np.outer(share * len(shares) / wheelset.inertia, torque)
+    matrix[-2:] = -torque / motor.inertia_at_axle, ahead
+    return matrix
+
+
+def _jacobian_of_wheels(axle: Axle, wheelset: Wheelset, point: OperatingPoint) -> FloatArray:
+    """Jacobian of the wheels of an elastic axle."""
     own = 0.5 * wheelset.inertia
     rigid = wheelset.jacobians(point.creepage, **_contact_at(wheelset, point))
     spring, damper = axle.stiffness / own, axle.damping / own
@@ -129,7 +168,8 @@ def antiphase_eigenvalues(drivetrain: Drivetrain, point: OperatingPoint) -> Floa
     axle = checked_axle(drivetrain)
     if drivetrain.wheelset.element.memory:
         return _remembering_eigenvalues(drivetrain, axle, point)
-    growth = point.jacobian[0, 0] - 4.0 * axle.damping / drivetrain.wheelset.inertia
+    driven = drivetrain.wheelset.inertia * point.jacobian[0, 0] - 4.0 * axle.damping
+    growth = driven / drivetrain.without_rotor.inertia
     root = np.emath.sqrt(0.25 * growth**2 - drivetrain.torsional_frequency**2)
     return np.asarray([0.5 * growth + root, 0.5 * growth - root])
 
@@ -138,7 +178,7 @@ def _remembering_eigenvalues(
     drivetrain: Drivetrain, axle: Axle, point: OperatingPoint
 ) -> FloatArray:
     """Eigenvalues of half the difference of omega, twist and states of the memory."""
-    held, j = replace(drivetrain.wheelset, mass=None), drivetrain.wheelset.inertia
+    held, j = replace(drivetrain.without_rotor, mass=None), drivetrain.without_rotor.inertia
     matrix, places = np.zeros((4, 4)), [0, 2, 3]
     matrix[np.ix_(places, places)] = held.jacobians(point.creepage, **_contact_at(held, point))
     matrix[0, 0] -= 4.0 * axle.damping / j
@@ -154,10 +194,46 @@ def torsional_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
 
     -2 D omega_t J_w V/r^2 = -(2 d + b/2) V/r^2; the stiffness does not matter.
     """
-    axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
-    fastest = kernel.wheelset_limits()["speed"].at_most
-    v = checked_number("speed", speed, Limits(above=0.0, at_most=fastest))
+    axle, wheelset, v = checked_axle(drivetrain), drivetrain.wheelset, _checked_speed(speed)
     return -(2.0 * axle.damping + 0.5 * wheelset.damping) * v / wheelset.radius**2
+
+
+def shaft_pole(drivetrain: Drivetrain, point: OperatingPoint) -> complex:
+    """Eigenvalue of the motor's vibration against the wheels: growth and frequency [1/s, rad/s].
+
+    It is that of `torsional_jacobian` which is closest to the undamped one, i omega_s.
+
+    Raises
+    ------
+    ValueError
+        If the motor has no shaft.
+    """
+    _checked_shaft(drivetrain)
+    poles = np.linalg.eigvals(torsional_jacobian(drivetrain, point))
+    return complex(poles[np.argmin(np.abs(poles - 1j * drivetrain.shaft_frequency))])
+
+
+def shaft_threshold(drivetrain: Drivetrain, *, speed: float) -> float:
+    """Slope Q' of the creep force below which that vibration grows on a rigid axle [N].
+
+    -(b + d (J/I)^2) V/r^2, if the damping is light; the stiffness does not matter.
+    """
+    _checked_shaft(drivetrain)
+    wheelset, motor, v = drivetrain.wheelset, drivetrain.motor, _checked_speed(speed)
+    lever = wheelset.inertia / motor.inertia_at_axle
+    return -(wheelset.damping + motor.shaft_damping * lever**2) * v / wheelset.radius**2
+
+
+def _checked_speed(speed: float) -> float:
+    fastest = kernel.wheelset_limits()["speed"].at_most
+    return checked_number("speed", speed, Limits(above=0.0, at_most=fastest))
+
+
+def _checked_shaft(drivetrain: Drivetrain) -> None:
+    if drivetrain.motor.shaft_stiffness is None:
+        raise ValueError(
+            "motor.shaft_stiffness = None: on a rigid shaft the motor does not vibrate"
+        )
 
 
 def checked_axle(drivetrain: Drivetrain) -> Axle:
@@ -166,11 +242,17 @@ def checked_axle(drivetrain: Drivetrain) -> Axle:
     Raises
     ------
     ValueError
-        If the axle is rigid.
+        If the axle is rigid, or a motor on a shaft turns one of its wheels more than the other.
     """
-    if drivetrain.axle is None:
+    axle = drivetrain.axle
+    if axle is None:
         raise ValueError("drivetrain.axle = None: the wheels of a rigid axle do not vibrate")
-    return drivetrain.axle
+    if drivetrain.motor.shaft_stiffness is not None and axle.drive_share != 0.5:
+        raise ValueError(
+            f"axle.drive_share = {axle.drive_share!r} must be 0.5 where the motor has a shaft, as "
+            "else it moves with the wheels; torsional_jacobian contains both"
+        )
+    return axle
 
 
 class AntiphaseForce:
@@ -431,7 +513,7 @@ def _turn(rate: Any, low: float, high: float, *, top: bool) -> float:
 
 def _rate(drivetrain: Drivetrain, point: OperatingPoint) -> tuple[Any, FloatArray]:
     """rate(a), and amplitudes from where N is still Q1' to the end of the fall."""
-    axle, wheelset = checked_axle(drivetrain), drivetrain.wheelset
+    axle, wheelset = checked_axle(drivetrain), drivetrain.without_rotor
     own, damping = 0.5 * wheelset.inertia, 2.0 * axle.damping + 0.5 * wheelset.damping
     force = AntiphaseForce(wheelset, point, drivetrain.torsional_frequency)
     scale = wheelset.element.saturation_creepage_at(

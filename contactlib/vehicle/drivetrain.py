@@ -1,4 +1,4 @@
-"""A wheelset with motor, brake, axle, and two wheels that may differ.
+"""A wheelset with motor, shaft, brake, axle, and two wheels that may differ.
 
 The kernel has the equations of motion and their integrator (fmu/kernel/drivetrain_lanes.inc).
 """
@@ -6,16 +6,18 @@ The kernel has the equations of motion and their integrator (fmu/kernel/drivetra
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Annotated
 
 from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity
-from contactlib.vehicle.wheelset import Wheelset
+from contactlib.vehicle.wheelset import GEAR_RATIO, ROTOR_INERTIA, Wheelset
 
 LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
 RESPONSE = Quantity("s", above=0.0, at_most=10.0, usual=(0.01, 5.0))  # of a brake
+STIFFNESS = Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))
+DAMPING = Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,18 +35,27 @@ class Axle(Parameters):
         middle.
     """
 
-    stiffness: Annotated[float, Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))]
-    damping: Annotated[float, Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))] = 0.0
+    stiffness: Annotated[float, STIFFNESS]
+    damping: Annotated[float, DAMPING] = 0.0
     drive_share: Annotated[float, Quantity("1", at_least=0.0, at_most=1.0)] = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motor(Parameters):
-    """Motor and its converter: how the drive torque follows the controller, and its limits.
+    """Motor, its converter and its shaft: how the drive torque follows the controller, its limits.
 
     The limits act at the controller's samples, on the mean angular velocity omega of the wheels,
     and the torque is held in between: first the trip, then the power, then the rate. So a torque
     that falls at the largest rate may for a while be more than the power allows.
+
+    The wheelset's inertia J contains the rotor's, I = i^2 I_m at the gear ratio i. With
+    `rotor_inertia` and `shaft_stiffness` both are two masses. The torque T, the shaft's k and d,
+    its twist phi and the rotor's speed omega_m are seen from the axle:
+
+        I domega_m/dt = T - T_s,    dphi/dt = omega_m - omega,    T_s = k phi + d dphi/dt.
+
+    The axle, of J - I, gets T_s in place of T; on an elastic one omega is the mean of its wheels'
+    that `Axle.drive_share` weighs. The limits remain those by the speed of the wheels.
 
     Parameters
     ----------
@@ -58,12 +69,46 @@ class Motor(Parameters):
     trip_speed : float, optional
         Rim speed r |omega| at which the over-speed protection trips [m/s]: the drive then gives no
         torque until the wheels are slower and the driver's demand is zero. Default: no protection.
+    rotor_inertia : float, optional
+        Moment of inertia I_m of the rotor about its own shaft, which `shaft_stiffness` joins to
+        the axle [kg.m2]. The wheelset's inertia contains it. Default: a rigid shaft.
+    gear_ratio : float, optional
+        Speed of that rotor / speed of the axle [1]. Default: 1.
+    shaft_stiffness : float, optional
+        k of the shaft between rotor and axle, torque at the axle per angle of the axle [N.m/rad].
+    shaft_damping : float, optional
+        d of that shaft, torque at the axle per rate of that angle [N.m.s/rad]. Default: 0.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or only a part of a shaft's is given.
     """
 
     lag: Annotated[float, LAG] = 0.0
     power: Annotated[float | None, Quantity("W", above=0.0, usual=(100.0, 1e7))] = None
     torque_rate: Annotated[float | None, Quantity("N.m/s", above=0.0, usual=(10.0, 1e8))] = None
     trip_speed: Annotated[float | None, Quantity("m/s", above=0.0, usual=(0.5, 300.0))] = None
+    rotor_inertia: Annotated[float | None, ROTOR_INERTIA] = None
+    gear_ratio: Annotated[float, GEAR_RATIO] = 1.0
+    shaft_stiffness: Annotated[float | None, STIFFNESS] = None
+    shaft_damping: Annotated[float, DAMPING] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        kind = type(self)
+        shaft = ("rotor_inertia", "gear_ratio", "shaft_stiffness", "shaft_damping")
+        given = [name for name in shaft if getattr(self, name) != getattr(kind, name)]
+        if given and (self.rotor_inertia is None or self.shaft_stiffness is None):
+            raise ValueError(
+                f"{given[0]} = {getattr(self, given[0])!r} is for a rotor on an elastic shaft, "
+                "which needs both rotor_inertia and shaft_stiffness; a rigid one needs neither"
+            )
+
+    @property
+    def inertia_at_axle(self) -> float:
+        """i^2 I_m of the rotor on its shaft [kg.m2]; 0 if the shaft is rigid."""
+        return 0.0 if self.rotor_inertia is None else self.gear_ratio**2 * self.rotor_inertia
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +158,7 @@ class Drivetrain(Parameters):
     axle : Axle, optional
         Elastic axle. Default: a rigid one.
     motor : Motor, optional
-        Lag and limits of the drive. Default: neither.
+        Lag, limits and shaft of the drive. Default: none of them.
     brake : Brake, optional
         Friction brake. Default: negative torque is the motor's, as with an electric brake.
     """
@@ -131,24 +176,58 @@ class Drivetrain(Parameters):
             return self.motor.lag
         return self.brake.delay + max(self.brake.fill_time, self.brake.vent_time)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        largest = self.wheelset.inertia / self.motor.gear_ratio**2
+        if self.motor.rotor_inertia is not None and not self.motor.rotor_inertia < largest:
+            raise ValueError(
+                f"motor.rotor_inertia = {self.motor.rotor_inertia!r} is out of range: must be < "
+                f"{largest:.6g}, as wheelset.inertia = {self.wheelset.inertia!r} contains it times "
+                f"the square of gear_ratio = {self.motor.gear_ratio!r}"
+            )
+
+    @cached_property
+    def without_rotor(self) -> Wheelset:
+        """The wheelset without a rotor that has an elastic shaft."""
+        if self.motor.rotor_inertia is None:
+            return self.wheelset
+        return replace(self.wheelset, inertia=self.wheelset.inertia - self.motor.inertia_at_axle)
+
+    @property
+    def shaft_frequency(self) -> float:
+        """Undamped angular frequency of the motor against the wheels [rad/s]; rigid: infinite.
+
+        omega_s^2 = k (1/I + 1/(J - I)), on an elastic axle with a drive in the middle too.
+        """
+        if self.motor.shaft_stiffness is None:
+            return math.inf
+        inverse = 1.0 / self.motor.inertia_at_axle + 1.0 / self.without_rotor.inertia
+        return math.sqrt(self.motor.shaft_stiffness * inverse)
+
     @property
     def torsional_frequency(self) -> float:
         """Undamped angular frequency of the wheels against each other [rad/s]; rigid: infinite."""
         if self.axle is None:
             return math.inf
-        return math.sqrt(4.0 * self.axle.stiffness / self.wheelset.inertia)
+        return math.sqrt(4.0 * self.axle.stiffness / self.without_rotor.inertia)
 
     @property
     def torsional_damping_ratio(self) -> float:
         """D of that vibration without creep forces [1]; zero for a rigid axle.
 
-        2 D omega_t = (2 d + b/2)/(J/2) with the wheelset's drive damping b and inertia J; each
-        wheel has half of both.
+        2 D omega_t = (2 d + b/2)/(J/2) with the wheelset's drive damping b and inertia J, without
+        that of a rotor on an elastic shaft; each wheel has half of both.
         """
         if self.axle is None:
             return 0.0
-        rate = (4.0 * self.axle.damping + self.wheelset.damping) / self.wheelset.inertia
+        wheels = self.without_rotor
+        rate = (4.0 * self.axle.damping + wheels.damping) / wheels.inertia
         return 0.5 * rate / self.torsional_frequency
+
+    @property
+    def vibrations(self) -> list[float]:
+        """Those of the two frequencies that this drivetrain has [rad/s]."""
+        return [f for f in (self.torsional_frequency, self.shaft_frequency) if f < math.inf]
 
     @cached_property
     def _parameters(self) -> tuple[dict[str, float], dict[str, float]]:
@@ -160,25 +239,27 @@ class Drivetrain(Parameters):
             "axle_damping": 0.0 if axle is None else axle.damping,
             "drive_share": 0.5 if axle is None else axle.drive_share,
             "motor_lag": self.motor.lag,
+            "motor_inertia": self.motor.inertia_at_axle,
+            "shaft_stiffness": self.motor.shaft_stiffness or 0.0,
+            "shaft_damping": self.motor.shaft_damping,
             "brake_fill_time": 0.0 if self.brake is None else self.brake.fill_time,
             "brake_vent_time": 0.0 if self.brake is None else self.brake.vent_time,
         }
         return contact, drivetrain
 
     @property
-    def kind(self) -> tuple[int, bool, bool, bool, bool]:
+    def kind(self) -> tuple[int, bool, bool, bool, bool, bool]:
         """Table and states, which drivetrains must have in common to be stepped together."""
         element = self.wheelset.element
         elastic, lagging = self.axle is not None, self.motor.lag > 0.0
-        braked = self.brake is not None
-        return id(element.table.native), elastic, lagging, braked, element.memory
+        braked, shafted = self.brake is not None, self.motor.rotor_inertia is not None
+        return id(element.table.native), elastic, lagging, braked, shafted, element.memory
 
     def member(self, track: kernel.NativeTrack | None = None) -> kernel.NativeMember:
         """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""
         contact, drivetrain = self._parameters
-        wheelset = self.wheelset
-        table = wheelset.element.table.native
-        return kernel.NativeMember(table, contact, drivetrain, wheelset.parameters, track)
+        body, table = self.without_rotor, self.wheelset.element.table.native
+        return kernel.NativeMember(table, contact, drivetrain, body.parameters, track)
 
     @cached_property
     def native(self) -> kernel.NativeFleet:

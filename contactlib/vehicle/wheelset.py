@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from control import NonlinearIOSystem, StateSpace
 
 INERTIA = Quantity("kg.m2", above=0.0, usual=(1e-4, 2e4))
+ROTOR_INERTIA = Quantity("kg.m2", above=0.0, at_most=1e6, usual=(1e-6, 200.0))
+GEAR_RATIO = Quantity("1", above=0.0, at_most=1e3, usual=(0.5, 20.0))
 STATES = ("omega", "speed", "held_force", "unslipped")
 # Part by which a state of the memory is put to one side of steady rolling.
 PERTURBATION = 1e-9
@@ -500,12 +502,8 @@ def of_the_motion(matrices: FloatArray) -> FloatArray:
 def geared_inertia(
     *,
     inertia: Annotated[float, INERTIA],
-    rotor_inertia: Annotated[
-        float | None, Quantity("kg.m2", above=0.0, at_most=1e6, usual=(1e-6, 200.0))
-    ] = None,
-    gear_ratio: Annotated[
-        float | None, Quantity("1", above=0.0, at_most=1e3, usual=(0.5, 20.0))
-    ] = None,
+    rotor_inertia: Annotated[float | None, ROTOR_INERTIA] = None,
+    gear_ratio: Annotated[float | None, GEAR_RATIO] = None,
 ) -> float:
     """Moment of inertia about the axle with a rotor that turns faster [kg.m2].
 

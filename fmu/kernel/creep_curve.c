@@ -599,6 +599,7 @@ void drivetrains_grip(const drivetrain_member *members, size_t n, const drivetra
         contact.slope_reduction *= input[i].slope;
         creep_conditions at = conditions_of(&input[i], speed[i]);
         wheelset_parameters body = on_grade(&members[i].drivetrain->body, input[i].grade);
+        body.inertia += members[i].drivetrain->motor_inertia; /* in steady creep all turn alike */
         creepage[i] =
             creep_curve_grip(members[i].table, &contact, &body, &at, torque[i], &limit[i]);
     }

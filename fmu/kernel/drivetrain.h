@@ -1,9 +1,10 @@
-/* A wheelset with motor, brake, axle and two wheels that may differ, and the work done by each
- * part.
+/* A wheelset with motor, shaft, brake, axle and two wheels that may differ, and the work done by
+ * each part.
  *
  * Contact and body are those of both wheels together: each wheel has half of the inertia and of the
  * drive's damping, and half of the force that the contact would give under twice the wheel's own
- * load. */
+ * load. The rotor and its shaft are seen from the axle: torques are multiplied by the gear ratio,
+ * speeds divided by it. */
 #ifndef DRIVETRAIN_H
 #define DRIVETRAIN_H
 
@@ -17,6 +18,9 @@ typedef struct {
     double axle_damping;    /* d [N.m.s/rad] */
     double drive_share;     /* part of the drive torque that acts on the left wheel [1] */
     double motor_lag;       /* time constant of the drive torque [s]; 0 if it follows at once */
+    double motor_inertia;   /* of the rotor [kg.m2]; 0 if the body contains it */
+    double shaft_stiffness; /* between rotor and axle [N.m/rad] */
+    double shaft_damping;   /* [N.m.s/rad] */
     double brake_fill_time; /* time constant of a rising brake torque [s]; 0 if there is no brake */
     double brake_vent_time; /* and of a falling one [s] */
 } drivetrain_parameters;
@@ -32,11 +36,13 @@ typedef struct {
     double brake_torque;  /* of the turning axle, against its rotation [N.m] */
     double pads_left;     /* how far the wheel has carried its brake's pads along, over what they */
     double pads_right;    /* give before they slide: 1 on a wheel that turns forward, -1 backward */
+    double motor_omega;   /* of the rotor [rad/s] */
+    double shaft_twist;   /* angle of the rotor ahead of the axle [rad] */
     double distance;      /* [m] */
     double drive_work;    /* of the torques of motor and brake [J] */
     double creep_work;    /* of the creep forces on the slip velocities [J] */
     double resistance_work; /* of the resistances; of the rig if the speed is held [J] */
-    double loss_work;       /* of the drive's and the axle's damping [J] */
+    double loss_work;       /* of the damping of drive, axle and shaft [J] */
 } drivetrain_state;
 
 /* Held over a step. */
@@ -62,8 +68,9 @@ typedef struct {
     double falling_right;     /* [1] */
     double drive_torque;      /* of motor and brake [N.m] */
     double axle_torque;       /* from left to right, damping included [N.m] */
+    double shaft_torque;      /* from the rotor to the axle, likewise [N.m] */
     double speed_rate;        /* [m/s2] */
-    double stored_energy;     /* kinetic energy and that of the axle's twist [J] */
+    double stored_energy;     /* kinetic energy and that of the twisted axle and shaft [J] */
 } drivetrain_output;
 
 /* One drivetrain of many. If rails is NULL, the input gives friction, slope and grade. */

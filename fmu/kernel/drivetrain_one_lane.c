@@ -30,8 +30,11 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
             double force = out.creep_force_left + out.creep_force_right;
             double omega = 0.5 * (now->omega_left + now->omega_right);
             forces.creep_force[i] = force;
+            double torque = out.drive_torque;
+            if (members[k + i].drivetrain->shaft_stiffness > 0.0)
+                torque += out.shaft_torque - now->drive_torque;
             forces.omega_rate[i] =
-                (out.drive_torque - body.radius * force - body.damping * omega) / body.inertia;
+                (torque - body.radius * force - body.damping * omega) / body.inertia;
             forces.acceleration += (out.speed_rate + body.grade_acceleration) / (double)axles;
             double per_way = 1.0 / larger(fabs(now->speed), body.minimum_speed);
             axle_state fresh = {.load = in->load_left + in->load_right,

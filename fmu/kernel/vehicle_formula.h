@@ -58,12 +58,12 @@ static inline void loads_by_statics(const vehicle_parameters *p, double radius,
 /* exp(-time/lag) */
 static inline double left_of(double time, double lag) { return decaying_exponential(time / lag); }
 
-/* Number of the interval of the rails around a distance: nodes are at its ends. */
+/* Number of the interval of the rails around a distance: there are nodes at its ends. */
 static inline double interval_at(const vehicle *v, double distance) {
     return floor(distance / v->node_distance + 0.5);
 }
 
-/* Slip work at a node; `number` is that of the interval in front of which it is. */
+/* Slip work at a node, which has the number of the interval behind it. */
 static inline double *work_at(const vehicle *v, double number) {
     return v->work + 2 * ((size_t)(long long)number & (v->nodes - 1));
 }

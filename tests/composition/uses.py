@@ -77,6 +77,11 @@ OF_SCENARIO: dict[str, Feature] = {
     "elastic axle": Feature(
         sections={"axle": {"stiffness": 6.17e6, "damping": 391.0, "drive_share": 0.8}}
     ),
+    "shaft": Feature(
+        sections={
+            "motor": {"rotor_inertia": 7.5, "gear_ratio": 4.0, "shaft_stiffness": 1.5e6},
+        }
+    ),
     "brake": Feature(sections={"brake": {"delay": 0.04, "fill_time": 0.25, "vent_time": 0.12}}),
     "map": Feature(sections={"track": {"map": "map.csv", "start": 1000.0}}),
     "cleaning": Feature(
@@ -439,6 +444,13 @@ def steady_states(case: Case) -> None:
 def poles(case: Case) -> None:
     """A slip-away of a simulation grows with the largest pole; none is where no force falls."""
     train = case.scenario.drivetrain
+    if train.motor.rotor_inertia is not None:
+        point = train.without_rotor.balanced(creepage=0.05, speed=10.0)
+        pole, motor = stability.torsion.shaft_pole(train, point), train.motor
+        by_torque = train.without_rotor.linearize(point)(pole)[0, 0]
+        compliance = by_torque + 1.0 / (motor.inertia_at_axle * pole)
+        same(-pole, motor.shaft_stiffness * compliance, 1e-9)
+        return
     if train.axle is not None:
         point = train.wheelset.balanced(creepage=0.05, speed=10.0)
         matrix = stability.torsion.torsional_jacobian(train, point)
@@ -576,6 +588,7 @@ USES: dict[str, Use] = {
 # Uses of one wheelset that have a part of a run.
 HAVE_PART: dict[str, tuple[Callable[..., Any], ...]] = {
     "axle": (poles,),
+    "motor": (poles,),
     "brake": (fmu_step, fmu_exchange),
 }
 NOT_OF_A_WHEELSET = "It belongs to a run; this takes one wheelset."

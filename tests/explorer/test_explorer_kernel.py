@@ -65,8 +65,10 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, patch, torque
 }"""
 STEPS = 400  # of 1 ms
 FREE = {"brake_fill_time": 0.0, "brake_vent_time": 0.0}
-RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0, **FREE}
-SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02, **FREE}
+STIFF = {"motor_inertia": 0.0, "shaft_stiffness": 0.0, "shaft_damping": 0.0, **FREE}
+TWISTED = {"motor_inertia": 120.0, "shaft_stiffness": 1e6, "shaft_damping": 100.0, **FREE}
+RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0, **STIFF}
+SOFT = {"axle_stiffness": 6e6, "axle_damping": 200.0, "drive_share": 0.7, "motor_lag": 0.02}
 GIVEN = {"load_left": 1.2e5, "load_right": 1.0e5, "slope": 1.0}
 GIVEN |= {"friction_left": 1.0, "friction_right": 1.0}
 FREE = {"inverse_mass": 7e-6}
@@ -78,7 +80,7 @@ TRAINS: dict[str, tuple[Shape, Numbers, Numbers, Numbers]] = {
     "a rig": ("line", {}, RIGID, {}),
     "a locomotive's elliptic contact": ("elliptic", DECAYING, RIGID, RESISTED),
     "a contact that slip warms": ("elliptic", WARM, RIGID, FREE),
-    "a soft axle on contacts with memory": ("line", REMEMBERING, SOFT, FREE),
+    "soft shaft and axle on contacts with memory": ("line", REMEMBERING, {**SOFT, **TWISTED}, FREE),
 }
 
 

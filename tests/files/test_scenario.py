@@ -329,6 +329,13 @@ ADDED = [
     ),
     ("[held_speed]\ntime=[0.0]\nspeed=[1.0]", r"held_speed needs .*rig"),
     ("[axle]", r"axle\.stiffness is missing"),
+    ("[motor]\nrotor_inertia = 7", r"motor\.rotor_inertia = 7\.0 is for .* needs both rotor_in"),
+    ("[motor]\ngear_ratio = 4", r"motor\.gear_ratio = 4\.0 is for .* needs both rotor_inertia and"),
+    ("[motor]\nshaft_damping = 9", r"motor\.shaft_damping = 9\.0 is for .* both rotor_inertia and"),
+    (
+        "[motor]\nrotor_inertia = 90\ngear_ratio = 2\nshaft_stiffness = 1e6",
+        r"motor\.rotor_inertia = 90\.0 .* < 62\.5, as wheelset\.inertia = 250\.0 contains it",
+    ),
     ("[wheelset_changes.contact]\nmemory = 1", r"contact\.memory = 1 "),
     ("[contact_relaxation]\nlength = 1", r"contact_relaxation is not a known"),
     ("[track]\ndistance = [0.0]", r"track\.distance must go with slope, grade, speed_limit"),

@@ -69,7 +69,8 @@ def rig() -> cl.Wheelset:
 
 def drivetrain() -> Drivetrain:
     axle = Axle(stiffness=6e6, damping=100.0)
-    return Drivetrain(rig(), axle=axle, motor=Motor(lag=0.01))
+    motor = Motor(lag=0.01, rotor_inertia=7.5, gear_ratio=4.0, shaft_stiffness=1e6)
+    return Drivetrain(rig(), axle=axle, motor=motor)
 
 
 @cache

@@ -317,6 +317,9 @@ static some_drivetrain random_drivetrain(int i, const force_element_parameters *
         .axle_damping = i % 3 ? random_exponent(0.0, 4.0) : 0.0,
         .drive_share = random_unit(),
         .motor_lag = i % 7 ? random_exponent(-3.0, 0.0) : 0.0,
+        .motor_inertia = i % 4 > 1 ? random_exponent(0.0, 4.0) : 0.0,
+        .shaft_stiffness = random_exponent(3.0, 8.0),
+        .shaft_damping = i % 8 ? random_exponent(0.0, 4.0) : 0.0,
         .brake_fill_time = i % 6 == 1 ? random_exponent(-3.0, 0.0) : 0.0,
         .brake_vent_time = random_exponent(-3.0, 0.0),
     };

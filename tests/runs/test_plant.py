@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 import pickle
 from dataclasses import replace
 from typing import Any
@@ -17,10 +18,11 @@ from plain_scenario import plain_scenario, wet_patch
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
 from contactlib.traction import OpenLoop, stacked
-from contactlib.vehicle import CreepCurve, Drivetrain, DynamicLoad, Motor
+from contactlib.vehicle import Axle, CreepCurve, Drivetrain, DynamicLoad, Motor
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
 STEP = cl.Profile((30.0, 30.0, 60.0, 60.0), (1.0, 0.5, 0.5, 1.0))
+SHAFT = Motor(rotor_inertia=7.5, gear_ratio=4.0, shaft_stiffness=1.5e6)
 RAMP = cl.Profile((30.0, 40.0), (1.0, 0.5))
 
 
@@ -140,6 +142,21 @@ def test_starts_are_steady_on_the_rising_branch(locomotive: cl.Model, rig: cl.Mo
         assert (slopes > 0.0).all()
 
 
+@pytest.mark.parametrize("axle", [None, Axle(stiffness=6e6, drive_share=0.3)])
+def test_a_start_twists_axle_and_shaft(rig: cl.Model, axle: Axle | None) -> None:
+    """While the speed rises by 1 m/s2, the shaft lacks the torque that the rotor takes."""
+    train, held = Drivetrain(rig.wheelset, axle=axle, motor=SHAFT), (10.0, 19.0)
+    given = {"demand": cl.Profile.of(8e3), "held_speed": cl.Profile((0.0, 9.0), held)}
+    run = cl.run_scenario(plain_scenario(train, **given, duration=0.3), "open_loop")
+    assert run.time[1] <= 0.1 * np.pi / math.hypot(*train.vibrations)
+    taken = 4.0**2 * 7.5 * (1.0 + run["creepage"][0]) / rig.wheelset.radius
+    np.testing.assert_allclose(run["shaft_torque"], 8e3 - taken, rtol=1e-3)
+    np.testing.assert_allclose(run["motor_omega"], run["omega"], rtol=1e-6)
+    np.testing.assert_allclose(run["creepage_left"], run["creepage_right"], rtol=1e-2)
+    more = set(run.units) - set(cl.run_scenario(plain_scenario(rig.wheelset), "open_loop").units)
+    assert more == {"motor_omega", "shaft_torque"}
+
+
 def test_at_the_very_fold_and_beyond(locomotive: cl.Model) -> None:
     fold = cl.find_fold(locomotive.wheelset, speed=10.0)
     demands = [cl.Profile.of(x * fold.drive_torque) for x in (1.0 - 1e-9, 1.0 + 1e-6, 0.5)]
@@ -249,6 +266,7 @@ MEMORIES = {
     "drives and brakes": lambda: cl.load_scenario("wheel_slide_protection.toml"),
     "vehicle": lambda: cl.load_scenario("coach_braking.toml"),
     "elastic axle": lambda: cl.load_scenario("torsion.toml"),
+    "shaft": lambda: wet_patch(drivetrain=replace(wet_patch().drivetrain, motor=SHAFT)),
     "sensors": lambda: wet_patch(ENCODER),
     "load": lambda: wet_patch(dynamic_load=DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.0))),
     "cleaned rail": lambda: wet_patch(

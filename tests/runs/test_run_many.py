@@ -63,6 +63,8 @@ def varied(rng: np.random.Generator, i: int) -> cl.Scenario:
                 power=0.95 * torque * speed / radius if i % 5 == 4 else None,
                 torque_rate=3.0 * torque if i % 4 > 1 else None,
                 trip_speed=1.3 * speed if i % 3 == 1 else None,
+                rotor_inertia=70.0 if i in (6, 7) else None,
+                shaft_stiffness=1.5e6 if i in (6, 7) else None,
             ),
         ),
         track=cl.Track(

@@ -23,7 +23,7 @@ from contactlib import kernel
 from contactlib.stability import SteadyRollingWarning, reduced_frequency, torsion
 from contactlib.stability.poles import STEADY_ROLLING
 from contactlib.stability.torsion import AntiphaseForce
-from contactlib.vehicle import Axle, Drivetrain, OperatingPoint
+from contactlib.vehicle import Axle, Drivetrain, Motor, OperatingPoint
 
 FREQUENCY, DAMPING_RATIO = 50.0, 0.01  # of the axle: chosen
 SPEED = 10.0
@@ -47,6 +47,16 @@ def on_axle(
     return made
 
 
+def rows_at(point: OperatingPoint, count: int) -> tuple[Any, Any]:
+    """Inputs and states of drivetrains whose wheels and rotors turn as at a point."""
+    given, state = (np.zeros(count, kernel.drivetrain_dtype(kind)) for kind in ("input", "state"))
+    for side in ("left", "right"):
+        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.axle_load, 1.0
+        state[f"omega_{side}"] = point.omega
+    given["slope"], state["speed"], state["motor_omega"] = 1.0, point.speed, point.omega
+    return given, state
+
+
 def amplitudes(
     drivetrain: Drivetrain,
     point: OperatingPoint,
@@ -66,12 +76,7 @@ def amplitudes(
     step = 2.0 * math.pi / drivetrain.torsional_frequency / rows
     stiff = 0.5 * body.inertia * point.speed / (body.radius * step)
     proportional, integral = gains or (stiff, 0.0)
-    given = np.zeros(len(kicks), kernel.drivetrain_dtype("input"))
-    state = np.zeros(len(kicks), kernel.drivetrain_dtype("state"))
-    for side in ("left", "right"):
-        given[f"load_{side}"], given[f"friction_{side}"] = 0.5 * point.axle_load, 1.0
-        state[f"omega_{side}"] = point.omega
-    given["slope"], state["speed"] = 1.0, point.speed
+    given, state = rows_at(point, len(kicks))
     twist = 2.0 * point.speed / (body.radius * drivetrain.torsional_frequency)
     state["twist"] = twist * np.array(kicks)
     substep, memory, sizes = np.zeros(len(kicks)), np.zeros(len(kicks)), []
@@ -135,33 +140,6 @@ def test_antiphase_and_common_eigenvalues(
     whole = np.sort_complex(np.linalg.eigvals(torsion.torsional_jacobian(drivetrain, point)))
     parts = np.concatenate([torsion.antiphase_eigenvalues(drivetrain, point), point.eigenvalues])
     np.testing.assert_allclose(whole, np.sort_complex(parts), rtol=1e-7, atol=1e-7)
-
-
-def test_jacobian_is_that_of_both_wheels(locomotive: cl.Model) -> None:
-    body = locomotive.wheelset
-    drivetrain, point = on_axle(body), body.balanced(creepage=0.02, speed=SPEED)
-    axle = drivetrain.axle
-    assert axle is not None
-
-    def rates(state: np.ndarray) -> np.ndarray:
-        left, right, twist, speed = state
-        given = (point.drive_torque, point.axle_load, 1.0, point.resistance_force)
-        of_left, of_right = (body.rates(w, speed, *given)[0] for w in (left, right))
-        shaft = (axle.stiffness * twist + axle.damping * (left - right)) / (0.5 * body.inertia)
-        return np.array(
-            [
-                of_left.omega_rate - shaft,
-                of_right.omega_rate + shaft,
-                left - right,
-                0.5 * (of_left.speed_rate + of_right.speed_rate),
-            ]
-        )
-
-    at = np.array([point.omega, point.omega, 1e-3, SPEED])
-    steps = np.diag([1e-5, 1e-5, 1e-7, 1e-5])
-    difference = [(rates(at + h) - rates(at - h)) / (2.0 * h.sum()) for h in steps]
-    matrix = torsion.torsional_jacobian(drivetrain, point)
-    np.testing.assert_allclose(matrix, np.transpose(difference), rtol=1e-5, atol=1e-4)
 
 
 @pytest.mark.slow
@@ -432,3 +410,101 @@ def test_remembered_describing_function_becomes_the_steady_one(locomotive: cl.Mo
     np.testing.assert_allclose(
         slow.describing_function(amplitudes), steady.describing_function(amplitudes), rtol=2e-3
     )
+
+
+# ---- motor against wheels -----------------------------------------------------------------------
+
+
+def on_shaft(
+    body: cl.Wheelset, frequency: float = 20.0, damping: float = 0.0, axle: Axle | None = None
+) -> Drivetrain:
+    """A rotor with 0.48 of the inertia, as the locomotive's."""
+    rotor, omega = 0.48 * body.inertia / 16.0, 2.0 * math.pi * frequency
+    stiffness = 0.48 * 0.52 * body.inertia * omega**2
+    shaft = {"gear_ratio": 4.0, "shaft_stiffness": stiffness, "shaft_damping": damping}
+    made = Drivetrain(body, motor=Motor(rotor_inertia=rotor, **shaft), axle=axle)
+    assert made.shaft_frequency == pytest.approx(omega)
+    return made
+
+
+def test_light_damping_counts_by_its_part_of_the_energy(held: cl.Wheelset) -> None:
+    """Growth, frequency, the threshold and the stiff shaft, each with an error of 1/k."""
+    point, errors = held.balanced(creepage=0.02, speed=SPEED), []
+    for frequency in (40.0, 80.0, 160.0):
+        train = on_shaft(held, frequency, 100.0)
+        rotor, wheels = train.motor.inertia_at_axle, train.without_rotor.inertia
+        of_wheels = -(held.radius**2 * point.creep_force_slope / SPEED + held.damping) / wheels
+        of_shaft = 100.0 * (1.0 / rotor + 1.0 / wheels)
+        pole, together = torsion.shaft_pole(train, point), point.eigenvalues[0].real
+        poles = np.linalg.eigvals(torsion.torsional_jacobian(train, point))
+
+        def grows(damping: float, at: float = frequency) -> float:
+            return torsion.shaft_pole(on_shaft(held, at, damping), point).real
+
+        still = on_shaft(held, frequency, brentq(grows, 100.0, 5000.0))
+        ratios = [
+            pole.real / (0.5 * (of_wheels * rotor / held.inertia - of_shaft)),
+            pole.imag / train.shaft_frequency,
+            torsion.shaft_threshold(still, speed=SPEED) / point.creep_force_slope,
+            poles[np.abs(poles - together).argmin()].real / together,
+        ]
+        errors.append(np.abs(np.subtract(ratios, 1.0)))
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2.0, atol=0.2)
+    assert np.max(errors[-1]) < 5e-3
+
+
+WHEELS = Axle(stiffness=6e6, damping=400.0, drive_share=0.7)
+
+
+@pytest.mark.parametrize(
+    ("axle", "memory", "axles"),
+    [(None, False, 1), (WHEELS, False, 1), (None, True, 1), (WHEELS, True, 1), (WHEELS, False, 4)],
+)
+def test_the_motor_vibrates_in_simulations_as_by_its_pole(
+    locomotive: cl.Model, axle: Axle | None, memory: bool, axles: int
+) -> None:
+    """Of four axles two vibrate against each other, as at a held speed."""
+    element = replace(locomotive.wheelset.element, memory=memory)
+    body = replace(locomotive.wheelset, element=element)
+    train, point = on_shaft(body, axle=axle), body.balanced(creepage=0.02, speed=SPEED)
+    one = train if axles == 1 else replace(train, wheelset=replace(body, mass=None))
+    values, shapes = np.linalg.eig(torsion.torsional_jacobian(one, point))
+    pole = torsion.shaft_pole(one, point)
+    at = np.abs(values - pole).argmin()
+    both = ("left", "right") if axle else ("left",)
+    names = [f"omega_{side}" for side in both] + ["twist"] * bool(axle) + ["speed"] * (axles == 1)
+    names += [f"{name}_{side}" for name in ("held_force", "unslipped") for side in both if memory]
+    names += ["motor_omega", "shaft_twist"]
+
+    given, state = rows_at(point, axles)
+    torque, share = point.drive_torque, 0.5 if axle is None else axle.drive_share
+    given["commanded_torque"], given["resistance_force"] = torque, point.resistance_force
+    state["shaft_twist"] = torque / (train.motor.shaft_stiffness or 1.0)
+    state["twist"] = (share - 0.5) * torque / WHEELS.stiffness
+    fleet = kernel.NativeFleet([train.member()] * axles, axles)
+    fleet.settle(given, state)
+    steady = np.array([state[name][0] for name in names])
+    for name, part in zip(names, 1e-5 * shapes[:, at].real, strict=True):
+        state[name][:2] += np.array([part, -part])[:axles]
+        if axle is None and name.endswith("left"):
+            state[name.replace("left", "right")] = state[name]
+    substep, time, moved = np.zeros(axles), 4.0 * math.pi / pole.imag, []
+    for _ in range(101):
+        moved.append(np.linalg.inv(shapes)[at] @ (np.array([state[n][0] for n in names]) - steady))
+        fleet.advance(given, state, 0.0, 0.01 * time, 1e-11, substep)
+    found = pole + np.log(moved[-1] / moved[0] * np.exp(-pole * time)) / time
+    parts, exact = (found.real, found.imag), (pole.real, pole.imag)
+    assert parts == pytest.approx(exact, rel=5e-3 if memory else 1e-5)
+
+
+def test_a_shaft_is_needed_and_moves_alone(held: cl.Wheelset) -> None:
+    point = held.balanced(creepage=0.02, speed=SPEED)
+    with pytest.raises(ValueError, match=r"shaft_stiffness = None: on a rigid shaft"):
+        torsion.shaft_pole(Drivetrain(held), point)
+    with pytest.raises(ValueError, match=r"drive_share = 0\.7 must be 0\.5 where the motor has"):
+        torsion.antiphase_eigenvalues(on_shaft(held, axle=WHEELS), point)
+    middle = on_shaft(held, axle=replace(WHEELS, drive_share=0.5))
+    poles = np.linalg.eigvals(torsion.torsional_jacobian(middle, point))
+    alone = torsion.shaft_pole(on_shaft(held), point)
+    for pole in (*torsion.antiphase_eigenvalues(middle, point), alone):
+        assert np.abs(poles - pole).min() < 1e-9 * abs(pole)

@@ -19,6 +19,7 @@ from contactlib.vehicle import Axle, Brake, Drivetrain, Motor
 FILL = 0.1
 BRAKE = Brake(fill_time=FILL, vent_time=0.05)
 AXLE = Axle(stiffness=6.0e6, damping=500.0, drive_share=0.3)
+SHAFT = Motor(rotor_inertia=7.5, gear_ratio=4.0, shaft_stiffness=1.5e6, shaft_damping=200.0)
 SPLIT = {"friction_left": 1.0, "friction_right": 0.6, "load_left": 1.2e5, "load_right": 1.0e5}
 EVEN = {"friction_left": 0.9, "friction_right": 0.9, "load_left": 1.1e5, "load_right": 1.1e5}
 
@@ -32,7 +33,8 @@ def made_rows(kind: str, count: int, **values: Any) -> Any:
 
 
 def rolling(count: int, speed: Any, omega: Any) -> Any:
-    return made_rows("state", count, speed=speed, omega_left=omega, omega_right=omega)
+    omegas = dict.fromkeys(("omega_left", "omega_right", "motor_omega"), omega)
+    return made_rows("state", count, speed=speed, **omegas)
 
 
 class Steps(NamedTuple):
@@ -91,7 +93,8 @@ def written_again(
 ) -> FloatArray:
     """End of a run by another solver, from the equations as a textbook has them."""
     body, axle = train.wheelset, train.axle
-    r, half_j, half_b = body.radius, 0.5 * body.inertia, 0.5 * body.damping
+    rotor = 0.0 if train.motor.rotor_inertia is None else 4.0**2 * 7.5
+    r, half_j, half_b = body.radius, 0.5 * (body.inertia - rotor), 0.5 * body.damping
     contact = kernel.NativeForceElement(
         body.element.table.native,
         body.element.rolling_parameters,
@@ -99,9 +102,13 @@ def written_again(
     sides = ("left", "right")
 
     def rates(_: float, y: FloatArray) -> list[float]:
-        v, left, right, twist, *memory, motor, pressure, pads_left, pads_right = y.tolist()
+        v, left, right, twist, turning, turned, *memory = y[:12].tolist()
+        motor, pressure, pads_left, pads_right = y[12:].tolist()
         if train.motor.lag == 0.0:
             motor = torque
+        share = 1.0 if axle is None else axle.drive_share
+        ahead = turning - share * left - (1.0 - share) * right
+        driven = 1.5e6 * turned + 200.0 * ahead if rotor else motor  # through the shaft
         given = np.zeros(2, kernel.struct_dtype("force_element_input"))
         given["omega"], given["speed"] = (left, right), v
         given["normal_load"] = [2.0 * held[f"load_{side}"] for side in sides]
@@ -116,14 +123,13 @@ def written_again(
         pull = davis.constant * np.sign(v) + davis.linear * v + davis.quadratic * v * abs(v)
         dv = acceleration if body.mass is None else (q_left + q_right - pull) / body.mass
         if axle is None:
-            both = motor - braking[0] - r * (q_left + q_right) - 2.0 * half_b * left
+            both = driven - braking[0] - r * (q_left + q_right) - 2.0 * half_b * left
             both /= 2.0 * half_j
             dleft, dright, dtwist = both, both, 0.0
         else:
             through = axle.stiffness * twist + axle.damping * (left - right)
-            share = axle.drive_share
-            torque_left = share * motor - 0.5 * braking[0]  # the gear does not split the brake
-            torque_right = (1.0 - share) * motor - 0.5 * braking[1]
+            torque_left = share * driven - 0.5 * braking[0]  # the gear does not split the brake
+            torque_right = (1.0 - share) * driven - 0.5 * braking[1]
             dleft = (torque_left - r * q_left - half_b * left - through) / half_j
             dright = (torque_right - r * q_right - half_b * right + through) / half_j
             dtwist = left - right
@@ -133,6 +139,8 @@ def written_again(
             dleft,
             dright,
             dtwist,
+            (motor - driven) / rotor if rotor else 0.0,
+            ahead if rotor else 0.0,
             *out["held_rate"].tolist(),
             *out["unslipped_rate"].tolist(),
             *out["outer_rate"].tolist(),
@@ -142,7 +150,7 @@ def written_again(
         ]
 
     omega = (1.0 + creepage) * speed / r
-    start = [speed, omega, omega, *[0.0] * 11]
+    start = [speed, omega, omega, 0.0, omega, *[0.0] * 11]
     solution: Any = solve_ivp(rates, (0.0, duration), start, method="LSODA", rtol=1e-9, atol=1e-12)
     assert solution.success
     return np.asarray(solution.y[:, -1])
@@ -158,7 +166,8 @@ VARIANTS = {
     "brake": ({"brake": BRAKE, "motor": Motor(lag=0.03)}, {**SPLIT, "commanded_brake": 6e4}),
     "elastic, brake": ({"axle": AXLE, "brake": BRAKE}, {**EVEN, "commanded_brake": 6e4}),
     "memory": ({}, SPLIT),
-    "memory, all": ({"axle": AXLE, "motor": Motor(lag=0.03)}, SPLIT),
+    "memory, all": ({"axle": AXLE, "motor": dataclasses.replace(SHAFT, lag=0.03)}, SPLIT),
+    "shaft, brake": ({"brake": BRAKE, "motor": SHAFT}, {**SPLIT, "commanded_brake": 4e3}),
 }
 
 
@@ -189,7 +198,7 @@ def test_steps_are_the_equations_of_motion(
     run = drive(train, lambda t: 2.6e4, duration=0.4, **start, **held)
     exact = written_again(train, 2.6e4, duration=0.4, **start, **held)
     end = run.states[-1]
-    names = ["speed", "omega_left", "omega_right", "twist"]
+    names = ["speed", "omega_left", "omega_right", "twist", "motor_omega", "shaft_twist"]
     names += [f"{name}_{side}" for name in MEMORY for side in ("left", "right")]
     for name, value in zip(names, exact, strict=False):
         if name.startswith(MEMORY) and not body.element.memory:
@@ -207,16 +216,20 @@ def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -
     body, axle = train.wheelset, train.axle
     share = 0.5 if axle is None else AXLE.drive_share
     torque, left, right = out["drive_torque"], s["omega_left"], s["omega_right"]
+    mean = share * left + (1.0 - share) * right
+    ahead = s["motor_omega"] - mean if train.motor.rotor_inertia else 0.0 * left
+    motor = s["drive_torque"] if train.motor.lag else np.full(left.shape, 2.6e4)
     davis = body.resistance
     pull = davis.constant + davis.linear * s["speed"] + davis.quadratic * s["speed"] ** 2
     powers = {
         "distance": s["speed"],
-        "drive_work": torque * (share * left + (1.0 - share) * right),
+        "drive_work": torque * mean + motor * ahead,
         "creep_work": out["creep_force_left"] * (body.radius * left - s["speed"])
         + out["creep_force_right"] * (body.radius * right - s["speed"]),
         "resistance_work": pull * s["speed"],
         "loss_work": 0.5 * body.damping * (left**2 + right**2)
-        + (0.0 if axle is None else axle.damping * (left - right) ** 2),
+        + (0.0 if axle is None else axle.damping * (left - right) ** 2)
+        + train.motor.shaft_damping * ahead**2,
     }
     for name, power in powers.items():
         work = cumulative_simpson(power, x=run.time, initial=0.0)
@@ -225,18 +238,32 @@ def test_works_are_the_integrals_of_powers(locomotive: cl.Model, variant: str) -
 
 
 def test_third_order(locomotive: cl.Model) -> None:
-    train = Drivetrain(locomotive.wheelset, axle=AXLE)
+    train = Drivetrain(locomotive.wheelset, axle=AXLE, motor=SHAFT)
 
     def end(step: float) -> FloatArray:
         run = drive(
             train, lambda t: 2.0e4, speed=8.0, duration=0.08, step=step, tolerance=1e9, **SPLIT
         )
-        return np.array([run.states[n][-1] for n in ("omega_left", "twist", "creep_work")])
+        names = ("omega_left", "twist", "shaft_twist", "drive_work", "creep_work", "loss_work")
+        return np.array([run.states[n][-1] for n in names])
 
-    exact = end(5e-6)
+    exact = end(1e-5)
     errors = np.array([np.abs(end(h) - exact) for h in (2e-4, 1e-4, 5e-5)])
     orders = np.log2(errors[:-1] / errors[1:])
-    np.testing.assert_allclose(orders, 3.0, atol=0.15)
+    np.testing.assert_allclose(orders[:, :3], 3.0, atol=0.15)
+    assert (orders > 2.8).all()
+
+
+def test_a_stiff_shaft_is_one_mass(locomotive: cl.Model) -> None:
+    """To the second order in the period, under a torque that rises smoothly."""
+    ends = []
+    for k in (1e7, 4e7, 1.6e8, None):
+        motor = Motor() if k is None else dataclasses.replace(SHAFT, shaft_stiffness=k)
+        train, when = Drivetrain(locomotive.wheelset, motor=motor), {"speed": 8.0, "duration": 0.2}
+        run = drive(train, lambda t: 1e4 * (1.0 - float(np.cos(np.pi * t / 0.2))), **when, **EVEN)
+        ends.append([run.states[n][-1] for n in ("speed", "omega_left", "creep_work")])
+    errors = np.abs(np.subtract(ends[:-1], ends[-1]))
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.1)
 
 
 def test_sides_change_places_and_signs_turn(locomotive: cl.Model) -> None:
