@@ -449,7 +449,6 @@ def test_inputs_of_a_drivetrain(
         inputs["load_left"], inputs["load_right"] = 0.4 * weight, 0.6 * weight
         inputs["commanded_torque"], inputs["commanded_brake"] = 4e3, 200.0
         inputs["friction_left"], inputs["friction_right"], inputs["slope"] = scales
-        inputs["recovered"] = 1.0
         states["speed"], states["twist"], states["drive_torque"] = 5.0, 1e-4, 3e3
         for side, creepage in (("left", 0.004), ("right", 0.003)):
             states[f"omega_{side}"] = (1.0 + creepage) * 5.0 / radius
