@@ -472,8 +472,8 @@ static void test_drivetrains(const creep_table *table, const force_element_param
         drivetrain_output out;
         double substep = 0.0;
         unsigned char failed = 0;
-        drivetrains_advance(&member, 1, 1, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0), 1e-3,
-                            &substep, &failed);
+        drivetrains_advance(&member, 1, 1, NULL, &d.in, &d.state, 0.0, random_exponent(-6.0, -2.0),
+                            1e-3, &substep, &failed);
         const double *numbers = (const double *)&d.state;
         for (size_t k = 0; k < sizeof d.state / sizeof *numbers; k++) CHECK(isfinite(numbers[k]));
         CHECK(!failed || memcmp(&d.state, &before.state, sizeof d.state) == 0);
@@ -570,7 +570,7 @@ static void test_run(const creep_table *table, const force_element_parameters *c
 
 /* What is done to many, by name of the vectors. */
 typedef struct {
-    void (*advance)(const drivetrain_member *, size_t, size_t, drivetrain_input *,
+    void (*advance)(const drivetrain_member *, size_t, size_t, vehicle *, drivetrain_input *,
                     drivetrain_state *, double, double, double, double *, unsigned char *);
     void (*evaluate)(const drivetrain_member *, size_t, size_t, const drivetrain_input *,
                      const drivetrain_state *, drivetrain_output *, force_element_output *);
@@ -610,7 +610,7 @@ static void test_trains_of_width(const many_functions *with, const drivetrain_me
         in[i] = given[i].in;
         state[i] = given[i].state;
     }
-    with->advance(members, MANY, 1, in, state, 0.0, 5e-4, 1e-2, tried, failed);
+    with->advance(members, MANY, 1, NULL, in, state, 0.0, 5e-4, 1e-2, tried, failed);
     for (int i = 0; i < MANY; i++) CHECK(failed[i] == (i == NOT_A_NUMBER));
     with->evaluate(members, MANY, 1, in, state, out, NULL);
 }
@@ -697,8 +697,8 @@ static void test_widths(const creep_table *table, const force_element_parameters
     for (int i = 0; i < MANY; i++) {
         double substep = 0.0;
         unsigned char fails = 0;
-        drivetrains_advance(&members[i], 1, 1, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2, &substep,
-                            &fails);
+        drivetrains_advance(&members[i], 1, 1, NULL, &d[i].in, &d[i].state, 0.0, 5e-4, 1e-2,
+                            &substep, &fails);
         CHECK(memcmp(&d[i].state, &state[0][i], sizeof d[i].state) == 0);
         CHECK(substep == tried[0][i] && fails == failed[0][i]);
         drivetrains_evaluate(&members[i], 1, 1, &d[i].in, &d[i].state, &out[1][i], NULL);
@@ -706,41 +706,89 @@ static void test_widths(const creep_table *table, const force_element_parameters
     }
 }
 
-/* The axles of a vehicle keep one speed at any width; one with different kinds of axles fails. */
+/* The axles of a vehicle keep one speed at any width; one with different kinds of axles fails.
+ * Where loads and rails follow, all weight stays on the axles, and only wheels that slip clean. */
 static void test_vehicles(const creep_table *table, const force_element_parameters *parameters) {
-    enum { AXLES = 3, ALL = 9 };
-    static const double at = 0.0, value = 0.7;
-    const profile even = {.count = 1, .at = &at, .value = &value};
-    const track rails = {even, even, even, even, even};
+    enum { AXLES = 3, ALL = 9, VEHICLES = ALL / AXLES, NODES = 128 };
+    static const double at[] = {-1.0, 0.05, 0.05}, value[] = {0.7, 0.5, 0.6};
+    static const double one = 1.0, rise = 0.01;
+    const profile even = {.count = 1, .at = at, .value = &one};
+    const profile stepped = {.count = 3, .at = at, .value = value};
+    const track rails = {stepped, stepped, even, even, {.count = 1, .at = at, .value = &rise}};
+    const vehicle_parameters body = {.axles = AXLES,
+                                     .axles_per_bogie = 1.0,
+                                     .position = {0.0, 2.0, 5.0},
+                                     .body_mass = 4e4,
+                                     .bogie_mass = 1e3,
+                                     .wheelset_mass = 1e3,
+                                     .train_mass = 1e5,
+                                     .body_height = 1.5,
+                                     .pivot_height = 0.5,
+                                     .coupler_height = 1.0,
+                                     .pitch_inertia = 50.0,
+                                     .load_lag = 0.02};
+    double weight = 9.80665 * (4e4 + AXLES * 2e3), work[2][VEHICLES][2 * NODES];
     some_drivetrain d[ALL];
     drivetrain_member members[ALL];
     drivetrain_state state[2][ALL];
+    axle_state axles[2][ALL];
     many_functions known[3];
     size_t count = widths(known);
     for (int i = 0; i < ALL; i++) {
         d[i] = random_drivetrain(39, parameters); /* whose wheels are alike */
         if (i == ALL - 1) d[i].train.motor_lag = 0.0;
-        d[i].state.speed = i % AXLES ? d[i - 1].state.speed : 5.0 + i;
+        d[i].state.speed = i % AXLES ? d[i - 1].state.speed : (i ? -8.0 : 60.0);
+        d[i].state.distance = -body.position[i % AXLES];
         d[i].state.omega_left = d[i].state.omega_right =
             (1.0 + 0.01 * random_unit()) * d[i].state.speed / d[i].train.body.radius;
-        members[i] = member_of(table, &d[i], i < AXLES ? &rails : NULL);
+        members[i] = member_of(table, &d[i], &rails);
     }
-    for (size_t w = 0; w < count; w++) {
+    for (size_t w = 0; w < 2 * count; w++) {
+        int follows = w >= count;
+        size_t k = w % count > 0;
         drivetrain_input in[ALL];
         double tried[ALL] = {0.0};
         unsigned char failed[ALL] = {0};
+        vehicle vehicles[VEHICLES];
+        rail_range range[VEHICLES];
         for (int i = 0; i < ALL; i++) {
             in[i] = d[i].in;
-            state[w > 0][i] = d[i].state;
+            state[k][i] = d[i].state;
+            in[i].friction_left = in[i].friction_right = 0.5;
         }
-        known[w].advance(members, ALL, AXLES, in, state[w > 0], 0.0, 1e-3, 1e-4, tried, failed);
+        for (int i = 0; i < VEHICLES; i++) {
+            range[i] = (rail_range){.first = 0.0, .last = -1.0};
+            vehicles[i] = (vehicle){.body = &body,
+                                    .cleaning = 1e-4,
+                                    .recovered = 0.9,
+                                    .node_distance = 0.1,
+                                    .axle = &axles[k][AXLES * i],
+                                    .range = &range[i],
+                                    .work = work[k][i],
+                                    .nodes = NODES};
+        }
+        if (follows) vehicles_settle(members, ALL, AXLES, vehicles, in, state[k]);
+        for (int row = 0; row < 20; row++)
+            known[w % count].advance(members, ALL, AXLES, follows ? vehicles : NULL, in, state[k],
+                                     1e-3 * row, 1e-3, 1e-4, tried, failed);
         for (int i = 0; i < ALL; i++) {
-            const drivetrain_state *now = &state[w > 0][i];
+            const drivetrain_state *now = &state[k][i];
             CHECK(failed[i] == (i >= ALL - AXLES));
             CHECK(isfinite(now->omega_left) && now->omega_left == now->omega_right);
             CHECK(fabs(now->speed / now[-(i % AXLES)].speed - 1.0) < 1e-15);
+            if (!follows || failed[i]) continue;
+            CHECK(in[i].friction_left >= 0.5 && in[i].friction_left <= 0.9);
+            double *axle = &axles[k][i].load, sum = 0.0;
+            for (size_t n = 0; n < sizeof(axle_state) / sizeof *axle; n++) CHECK(isfinite(axle[n]));
+            for (int n = 0; n < AXLES; n++) sum += axles[k][i - i % AXLES + n].load;
+            CHECK(sum > (1.0 - 1e-12) * weight); /* none is below zero */
         }
-        if (w > 0) CHECK(memcmp(state[0], state[1], sizeof state[0]) == 0);
+        if (follows)
+            for (double n = range[0].first; n <= range[0].last; n++)
+                CHECK(work[k][0][2 * ((size_t)(long long)n & (NODES - 1))] >= 0.0);
+        if (k == 0) continue;
+        CHECK(memcmp(state[0], state[1], sizeof state[0]) == 0);
+        if (follows) CHECK(memcmp(axles[0], axles[1], sizeof axles[0]) == 0);
     }
 }
 
