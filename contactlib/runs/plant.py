@@ -349,8 +349,8 @@ class Plant:
     sample_time : float, optional
         Time from one sample to the next [s]. Default: 10 ms.
     step : float, optional
-        Longest time between rows, over which torques and dynamic loads are held [s]; rounded down to
-        a whole fraction of the sample time. Default: as for `run_scenario`.
+        Longest time between rows, over which torques and dynamic loads are held [s]; rounded down
+        to a whole fraction of the sample time. Default: as for `run_scenario`.
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1].
     initial_creepage : float, optional

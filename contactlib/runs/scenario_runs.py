@@ -97,10 +97,10 @@ def run_scenario(
     index : int, optional
         Index of the run among many; the sensors' noise is drawn from their seed and this index.
     step : float, optional
-        Time between rows, over which torques, and dynamic loads, are held [s]; rounded down to a whole
-        fraction of the sample time. Default: 5 ms, or less: a twentieth of the axle's vibration
-        period, a tenth of the shortest period of the dynamic load. For a continuous controller: the
-        output interval of `simulate`.
+        Time between rows, over which torques and dynamic loads are held [s]; rounded down to a
+        whole fraction of the sample time. Default: 5 ms, or less: a twentieth of the period of a
+        vibration of axle or shaft, a tenth of the shortest period of the dynamic load. For a
+        continuous controller: the output interval of `simulate`.
     signals : collection of str, optional
         More signals of the result, such as ``["k_hat", "contact_temperature_left"]``: those of
         `contactlib.runs.signals.of_contacts`, of both wheels or of one. Any other run computes none
@@ -139,9 +139,9 @@ def run_scenario(
     The integrator's own substeps follow loads, rails and wheels within a row; torques alone are
     held over it. With the default tolerance, rows of 5 ms differ from rows of 0.25 ms by 1e-4 of
     friction at most and by 6e-7 in the mean (shipped vehicles), on rails that the axles clean by
-    3e-4 and 2e-6 (`four_axles.toml`), and the energy closes to 1e-9 of the work. The rails keep the
-    slip work at nodes 0.1 m apart: nodes 0.01 m apart change that vehicle's creep forces by 0.022 of
-    friction at most, where an axle slips away, and by 5e-5 in the mean.
+    3e-4 and 2e-6 (`four_axles.toml`), and the energy closes to 1e-9 of the work. The rails keep
+    the slip work at nodes 0.1 m apart: nodes 0.01 m apart change that vehicle's creep forces by
+    0.022 of friction at most, where an axle slips away, and by 5e-5 in the mean.
     """
     _check_scenario(scenario)
     given = scenario.any_controller(controller) if isinstance(controller, str) else controller
