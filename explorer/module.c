@@ -95,7 +95,8 @@ void train_lay_patch(train *t, double begins, double ends, double factor) {
     const profile both = {.count = 4, .at = t->at, .value = t->factor};
     const profile one = {.count = 1, .at = &ALWAYS, .value = &UNCHANGED};
     const profile level = {.count = 1, .at = &ALWAYS, .value = &ALWAYS};
-    t->rails = (track){.left = both, .right = both, .over_time = one, .slope = one, .grade = level};
+    t->rails = (track){
+        .left = both, .right = both, .over_time = one, .slope = one, .grade = level, .scale = 1.0};
     t->member.rails = begins < ends ? &t->rails : NULL;
 }
 
@@ -103,8 +104,8 @@ void train_lay_patch(train *t, double begins, double ends, double factor) {
 int train_advance(train *t, drivetrain_input *input, drivetrain_state *state, double time,
                   double step, double tolerance) {
     unsigned char failed = 0;
-    drivetrains_advance_one_lane(&t->member, 1, 1, input, state, time, step, tolerance, &t->substep,
-                                 &failed);
+    drivetrains_advance_one_lane(&t->member, 1, 1, NULL, input, state, time, step, tolerance,
+                                 &t->substep, &failed);
     if (failed) t->substep = 0.0; /* another attempt is free to begin */
     return failed;
 }

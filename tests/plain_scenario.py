@@ -10,7 +10,7 @@ from typing import Any, cast
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
 from contactlib.traction import OpenLoop, Sensors
-from contactlib.vehicle import Drivetrain
+from contactlib.vehicle import Brake, Drivetrain, Motor, Vehicle
 
 
 def of_axles(axles: int, **changes: Any) -> cl.Scenario:
@@ -41,6 +41,21 @@ def plain_scenario(vehicle: cl.Wheelset | Drivetrain, **changes: Any) -> cl.Scen
         **changes,
     }
     return cl.Scenario(**given)
+
+
+def braked_vehicle(wheelset: cl.Wheelset, n: int, **changes: Any) -> cl.Scenario:
+    """A braked vehicle of so many axles, each of that wheelset, on rails that slip cleans."""
+    vehicle = Vehicle(
+        position=tuple(2.5 * i + 5.0 * (i // 2) for i in range(n)), body_mass=18e3 * n,
+        bogie_mass=1e3, wheelset_mass=1.5e3, train_mass=1e4, body_height=1.6, bogie_height=0.5,
+        pivot_height=0.6, coupler_height=1.0, pitch_inertia=50.0,
+        axles_per_bogie=2 if n > 2 else 1, **changes,
+    )  # fmt: skip
+    body = replace(wheelset, mass=vehicle.mass / n)
+    brake = Brake(fill_time=0.25, vent_time=0.12)
+    track = cl.Track(friction_left=cl.Profile((3.0, 3.0), (1.0, 0.5)), cleaning=1e-4)
+    train = Drivetrain(body, brake=brake, motor=Motor(lag=0.01))
+    return replace(plain_scenario(train), vehicle=vehicle, track=track)
 
 
 def wet_patch(sensors: Sensors | Mapping[str, Any] | None = None, **changes: Any) -> cl.Scenario:

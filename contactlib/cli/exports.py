@@ -107,9 +107,10 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
 @click.argument("model")
 @click.option(
     "--kind",
-    type=click.Choice(["force_element", "wheelset", "wheelset_body", "creep_forces"]),
+    type=click.Choice(["force_element", "wheelset", "wheelset_body", "creep_forces", "vehicle"]),
     help="Creep force for given velocities (default), wheelset with its creep force, wheelset "
-    "without it, or forces and spin moment for given ellipse, load and creepages.",
+    "without it, forces and spin moment for given ellipse, load and creepages, or the vehicle of a "
+    "scenario (its default).",
 )
 @click.option(
     "--fmi",
@@ -155,8 +156,8 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu, CreepForces.fmu or "
-    "CreepForceSystem.ssp.",
+    help="File. Default: CreepForceElement.fmu, Wheelset.fmu, WheelsetBody.fmu, CreepForces.fmu, "
+    "Vehicle.fmu or CreepForceSystem.ssp.",
 )
 def fmu(
     model: str,
@@ -175,14 +176,15 @@ def fmu(
 ) -> None:
     """Export MODEL as an FMU, or as an SSP package.
 
-    The FMU supports model exchange and co-simulation.
+    The FMU supports model exchange and co-simulation. Of a scenario with a vehicle it contains the
+    vehicle with its rails, for controllers outside.
     """
     from contactlib.export import export_fmu, export_ssp
     from contactlib.export.description import ASSUMED_INVERSE_MASS, MODEL_NAMES, Description
     from contactlib.export.package import longest_step
     from contactlib.export.platforms import to_compile
     from contactlib.export.ssp import SYSTEM_NAME
-    from contactlib.files.model import Missing
+    from contactlib.files.model import Missing, Model
 
     names = None if platforms is None else [p.strip() for p in platforms.split(",")]
     if missing := to_compile(names):
@@ -207,7 +209,13 @@ def fmu(
             raise ValueError(f"--ssp cannot be combined with {', '.join(given)}")
         written = export_ssp(_load(model), output or f"{SYSTEM_NAME}.ssp", **common)
     else:
-        kind, loaded = kind or "force_element", _load(model)
+        from contactlib.files.reading import loading, model_path, parse
+        from contactlib.files.scenario import load_scenario
+
+        with loading(model):
+            of_vehicle = kind in (None, "vehicle") and "demand" in parse(model_path(model))
+        kind = kind or ("vehicle" if of_vehicle else "force_element")
+        loaded = load_scenario(model) if of_vehicle else _load(model)
         written = export_fmu(
             loaded,
             output or f"{MODEL_NAMES[kind]}.fmu",
@@ -219,7 +227,7 @@ def fmu(
             per_wheel=[] if per_wheel is None else [name.strip() for name in per_wheel.split(",")],
             **common,
         )
-        if kind == "force_element" and not implicit:
+        if isinstance(loaded, Model) and kind == "force_element" and not implicit:
             steps = [
                 1e3 * longest_step(Description(loaded, kind, parallel_exchange=parallel))
                 for parallel in (False, True)

@@ -16,6 +16,7 @@ from contactlib.export.ssp import export_ssp
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
+    from contactlib.files.scenario import Scenario
 
 __all__ = [
     "export_fmu",
@@ -27,11 +28,11 @@ __all__ = [
 
 
 def export_fmu(
-    model: Model,
+    model: Model | Scenario,
     path: str | os.PathLike[str],
     *,
     fmi_version: int = 2,
-    kind: str = "force_element",
+    kind: str | None = None,
     platforms: Sequence[str] | None = None,
     implicit: bool = False,
     parallel_exchange: bool = False,
@@ -45,16 +46,17 @@ def export_fmu(
 
     Parameters
     ----------
-    model : Model
-        Gives parameters, table and start values.
+    model : Model or Scenario
+        Gives parameters, table and start values; a scenario those of its vehicle, with its rails.
     path : path
         File to write.
     fmi_version : {2, 3}, optional
         Version of the FMI standard. Default: 2.
-    kind : {"force_element", "wheelset", "wheelset_body", "creep_forces"}, optional
-        Creep force for given velocities (default); wheelset with its creep force, for a given
-        drive torque; wheelset for a given creep force; or `CreepForces`, for given ellipse, load
-        and creepages.
+    kind : {"force_element", "wheelset", "wheelset_body", "creep_forces", "vehicle"}, optional
+        Creep force for given velocities (default of a model); wheelset with its creep force, for a
+        given drive torque; wheelset for a given creep force; `CreepForces`, for given ellipse, load
+        and creepages; or the vehicle of a scenario (its default), for given torques of its axles:
+        without controllers, sensors, driver, dead time of the brake, and limits of the drive.
     platforms : sequence of str, optional
         FMI 3 platform tuples, such as ``"x86_64-linux"``, or ``["all"]``. A library that the
         installation lacks is compiled, which takes some seconds, and cached. Default: this
@@ -72,7 +74,8 @@ def export_fmu(
         and variables ``omega[1]`` to ``omega[8]`` in FMI 2. Default: 1.
     per_wheel : sequence of str, optional
         Names of parameters that each wheel has for itself, such as ``["static_friction"]``.
-        Default: the wheels have all parameters in common.
+        Default: the wheels have all parameters in common. The axles of a vehicle always have
+        positions and radii of their own.
     author, version : str, optional
         Of the exported model, for its description. Default: not stated.
 

@@ -25,6 +25,7 @@ MODEL_NAMES = {
     "wheelset": "Wheelset",
     "wheelset_body": "WheelsetBody",
     "creep_forces": "CreepForces",
+    "vehicle": "Vehicle",
 }
 MEMORY = ("memory", "body_modulus", "poisson_ratio", "transverse_half_length")
 # Without inertia: two wheels on a light wheelset, inertia/radius^2 = 500 kg [1/kg].
@@ -52,7 +53,12 @@ KINEMATIC = {
     "length_limited": ("normal_load",),
     "unloaded": ("normal_load",),
 }
-BODY_INPUTS = {"drive_torque", "brake_torque", "resistance_force", "pads"}
+BODY_INPUTS = {
+    *("drive_torque", "brake_torque", "resistance_force", "pads"),
+    *("motor_torque", "acting_motor_torque", "acting_brake_torque"),
+    *("grade", "front_coupler_force", "rear_coupler_force"),
+}
+SUMS = ("acceleration", "der(speed", "der(axle_load")  # to which all axles of a vehicle contribute
 # A contact with memory holds its force, up to friction, so no algebraic loop leads through it.
 HELD = ("creep_force", "wheel_torque", "traction_coefficient", "lateral_force")
 
@@ -82,7 +88,9 @@ class Variable:
     minimum, maximum : float or None
         Limits; None without any.
     start : float, bool or None
-        Start value of each element; None if it is calculated.
+        Start value of each element, or of the first one; None if it is calculated.
+    starts : tuple of float
+        Start values of the elements, if they differ.
     nominal : float or None
         Typical size, if known.
     size : int
@@ -103,6 +111,7 @@ class Variable:
     maximum: float | None
     start: float | bool | None
     nominal: float | None
+    starts: tuple[float, ...] = ()
     size: int = 0
     wheel: int | None = None
 
@@ -116,6 +125,8 @@ class Variable:
         """FMI's attribute ``initial``: how the start value is determined."""
         if self.causality in ("input", "independent"):
             return None
+        if self.stem == "axle_load":  # it settles
+            return "approx"
         return "calculated" if self.start is None else "exact"
 
     @property
@@ -133,6 +144,7 @@ class Variable:
                 self,
                 name=f"{stem}[{i + 1}]{end}",
                 reference=self.reference + i * MAX_VARIABLES,
+                start=self.starts[i] if self.starts else self.start,
                 size=0,
                 wheel=i,
             )
@@ -172,6 +184,9 @@ class Description:
         Whether variables of each wheel are arrays; else there is a variable for each element.
     starts : mapping of str to float, optional
         Start values by name, in place of the model's; names that are not of this kind are ignored.
+        One axle's has its number, as in ``position[2]``.
+    rails : bytes, optional
+        File of a vehicle's rails.
     author, version : str or None, optional
         Of the exported model. Default: not stated.
     """
@@ -186,6 +201,7 @@ class Description:
     per_wheel: Sequence[str] = ()
     arrays: bool = True
     starts: Mapping[str, float] = field(default_factory=dict)
+    rails: bytes = b""
     author: str | None = None
     version: str | None = None
 
@@ -215,7 +231,7 @@ class Description:
         Its table has layers only if the contact has one.
         """
         element = self.model.wheelset.element
-        together = self.kind.startswith("wheelset") or self.whole_wheelset
+        together = self.kind.startswith(("wheelset", "vehicle")) or self.whole_wheelset
         wheels = element.wheels if together else 1.0
         table = element.table if element.layer_compliance > 0.0 else element.table.without_layers()
         with warnings.catch_warnings():  # given when the model was made
@@ -232,7 +248,7 @@ class Description:
     @property
     def has_contact(self) -> bool:
         """Whether the FMU contains one contact with its table."""
-        return self.kind in ("force_element", "wheelset")
+        return self.kind in ("force_element", "wheelset", "vehicle")
 
     @cached_property
     def bodies(self) -> CreepForces | None:
@@ -247,7 +263,8 @@ class Description:
             return {**table, "creep_forces.bin": self.bodies.data}
         if not self.has_contact:
             return {}
-        return {**table, "lateral_spin_contact.bin": self.element.lateral_spin_data}
+        rails = {"rails.bin": self.rails} if self.rails else {}
+        return {**table, "lateral_spin_contact.bin": self.element.lateral_spin_data, **rails}
 
     @cached_property
     def native_contact(self) -> kernel.NativeContact:
@@ -255,7 +272,8 @@ class Description:
         if self.bodies is not None:
             table = self.element.table.native
             return kernel.NativeContact(table, self.bodies.data, any_ellipse=True)
-        return self.element.native_contact
+        contact = self.element.native_contact
+        return kernel.NativeRails(contact, self.rails) if self.rails else contact
 
     @property
     def remembers(self) -> bool:
@@ -276,8 +294,9 @@ class Description:
             "wheelset": f"Wheelset with creep force ({table.law})",
             "wheelset_body": "Wheelset without its creep force, which is an input",
             "creep_forces": f"Creep forces and spin moment of any ellipse ({table.law})",
+            "vehicle": f"Vehicle of {self.wheels} axle{'s' * (self.wheels > 1)} ({table.law})",
         }
-        several = f"{self.wheels} times: " if self.wheels > 1 else ""
+        several = f"{self.wheels} times: " if self.wheels > 1 and not self.rails else ""
         return f"{several}{what[self.kind]}: {self.model.name}"
 
     @property
@@ -296,7 +315,7 @@ class Description:
         known = {
             **dict.fromkeys(MEMORY, 0.0),
             **element.rolling_parameters,
-            **(wheelset.parameters if self.kind.startswith("wheelset") else {}),
+            **(wheelset.parameters if self.kind.startswith(("wheelset", "vehicle")) else {}),
             **(self.bodies.parameters if self.bodies is not None else {}),
             "semi_axis_x": element.contact.semi_width,
             "semi_axis_y": getattr(element.contact, "semi_axis_y", 0.0),
@@ -323,7 +342,13 @@ class Description:
             **self.starts,
         }
         given = [v.name for v in kernel.model_variables(self.kind) if v.role in kernel.GIVEN]
-        return {name: known[name] for name in given}
+        of_axles = [name for name in self.starts if name.partition("[")[0] in given]
+        return {name: known[name] for name in dict.fromkeys((*given, *of_axles))}
+
+    def starts_of(self, name: str) -> list[float]:
+        """Start value of a variable for each wheel."""
+        values, numbers = self.start_values, range(1, self.wheels + 1)
+        return [values.get(f"{name}[{i}]", values[name]) for i in numbers]
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -332,6 +357,9 @@ class Description:
         thermal, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
         parts = {
             "always": True,
+            "once": True,
+            "if_lagging": self.starts.get("motor_lag", 0.0) > 0.0,
+            "if_braked": self.starts.get("brake_fill_time", 0.0) > 0.0,
             "if_remembering": self.remembers,
             "if_spinning": self.spins,
             "if_layered": self.kind != "wheelset_body" and self.element.layer_compliance > 0.0,
@@ -342,10 +370,10 @@ class Description:
         chosen = [self._variable(i, v) for i, v in entries if parts[v.part]]
         return tuple(chosen if self.arrays else (e for v in chosen for e in v.elements()))
 
-    def is_common(self, name: str, role: str) -> bool:
+    def is_common(self, entry: kernel.Variable) -> bool:
         """Whether all wheels have a variable in common."""
-        parameter = role.endswith("parameter") and name not in self.per_wheel
-        return self.wheels == 1 or role == "independent" or parameter
+        parameter = entry.role.endswith("parameter") and entry.name not in self.per_wheel
+        return self.wheels == 1 or entry.part == "once" or parameter
 
     def _variable(self, reference: int, entry: kernel.Variable) -> Variable:
         causality, variability = ROLES[entry.role]
@@ -355,6 +383,7 @@ class Description:
             start = None if start is None else bool(start)
             variability = "discrete" if causality == "output" else variability
         low, high = entry.limits.at_least, entry.limits.at_most
+        differ = f"{entry.name}[2]" in self.start_values
         return Variable(
             name=entry.name,
             reference=reference,
@@ -368,7 +397,8 @@ class Description:
             maximum=None if boolean or high >= UNLIMITED else high,
             start=start,
             nominal=self._nominals.get(entry.name),
-            size=0 if self.is_common(entry.name, entry.role) else self.wheels,
+            starts=tuple(self.starts_of(entry.name)) if differ else (),
+            size=0 if self.is_common(entry) else self.wheels,
         )
 
     def _described(self, entry: kernel.Variable) -> str:
@@ -384,6 +414,8 @@ class Description:
         force, zeta0 = friction.kinetic * load, element.saturation_creepage
         speed = max(self.model.initial_speed, 1.0)
         omega = max(self.model.initial_speed / element.radius, 1.0)
+        sides = [f"{name}_{side}" for name in held_forces()[:2] for side in ("left", "right")]
+        torques = ("motor_torque", "acting_motor_torque", "acting_brake_torque")
         return {
             "omega": omega,  # the states' as in fmu/fmi/component.c
             "speed": speed,
@@ -407,6 +439,13 @@ class Description:
             "drive_torque": element.radius * force,
             "brake_torque": element.radius * force,
             "pads": 1.0,
+            **dict.fromkeys(sides, force),
+            **dict.fromkeys(("unslipped_left", "unslipped_right"), 1.0),
+            **dict.fromkeys(torques, element.radius * force),
+            "available_force": force,
+            "axle_load": self.start_values.get("axle_load", load),
+            "friction": 1.0,
+            "distance": 1.0,
             "creepage": zeta0,
             "normalized_creepage": 1.0,
             "saturation_creepage": zeta0,
@@ -435,12 +474,18 @@ class Description:
 
     def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
         """Parameters, and the inputs and states from which a variable may be computed."""
-        known = [v for v in known if v.wheel in (None, variable.wheel)]
+        everywhere = variable.stem.startswith(SUMS)
+        known = [v for v in known if everywhere or v.wheel in (None, variable.wheel)]
         needed = {v.stem for v in known}
         if variable.role == "state":
             needed = {variable.stem}
         elif variable.role == "output":
             on = (*held_forces(), "normal_load", "friction_scale")
             fewer = KINEMATIC | (dict.fromkeys(HELD, on) if self.remembers else {})
+            if self.rails:
+                lags = "acting_motor_torque" in needed
+                torques = ["omega", "pads", "acting_brake_torque", "acting_motor_torque"]
+                torques += [] if lags else ["motor_torque"]
+                fewer = {"acceleration": tuple(needed), "drive_torque": tuple(torques)}
             needed = set(fewer.get(variable.stem, needed - BODY_INPUTS))
         return [v.name for v in known if v.stem in needed or v.causality == "parameter"]

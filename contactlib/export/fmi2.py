@@ -37,7 +37,8 @@ def model_description(
         "numberOfEventIndicators": str(len(description.of_role("indicator"))),
     }
     capabilities = {
-        "ModelExchange": CAPABILITIES | {"completedIntegratorStepNotNeeded": "true"},
+        "ModelExchange": CAPABILITIES
+        | {"completedIntegratorStepNotNeeded": str(not description.rails).lower()},
         "CoSimulation": CAPABILITIES | {"canHandleVariableCommunicationStepSize": "true"},
     }
     root = begun(description, attributes, capabilities, sources)

@@ -50,6 +50,16 @@ TERMINALS: dict[str, dict[str, Flange]] = {
             "force": ("resistance_force", "outflow"),
         },
     },
+    "vehicle": {
+        "front_coupler": {
+            "velocity": ("speed", "signal"),
+            "force": ("front_coupler_force", "inflow"),
+        },
+        "rear_coupler": {
+            "velocity": ("speed", "signal"),
+            "force": ("rear_coupler_force", "outflow"),
+        },
+    },
     "creep_forces": {
         "contact": {
             "force_x": ("force_x", "outflow"),
@@ -74,7 +84,8 @@ def model_description(description: Description, stop: float, step: float) -> byt
     """modelDescription.xml; `stop` and `step` are those of the experiment [s]."""
     attributes = {"fmiVersion": "3.0", "instantiationToken": description.token}
     capabilities = {
-        "ModelExchange": CAPABILITIES | {"needsCompletedIntegratorStep": "false"},
+        "ModelExchange": CAPABILITIES
+        | {"needsCompletedIntegratorStep": str(bool(description.rails)).lower()},
         "CoSimulation": CAPABILITIES | {"canHandleVariableCommunicationStepSize": "true"},
     }
     root = begun(description, attributes, capabilities)
@@ -133,6 +144,7 @@ def terminals_and_icons(description: Description) -> bytes:
     SubElement(view, "CoordinateSystem", {**box, "suggestedScalingFactorTo_mm": "0.1"})
     SubElement(view, "Icon", box)
     terminals = SubElement(root, "Terminals")
+    owner = "vehicle" if description.rails else "wheel"
     for name, flange in TERMINALS[description.kind].items():
         terminal = SubElement(
             terminals,
@@ -140,7 +152,7 @@ def terminals_and_icons(description: Description) -> bytes:
             name=name,
             matchingRule="bus",
             terminalKind=f"contactlib.{name}",
-            description=f"{name.replace('_', ' ')} of the wheel",
+            description=f"{name.replace('_', ' ')} of the {owner}",
         )
         for member, (variable, kind) in flange.items():
             SubElement(

@@ -29,6 +29,7 @@ TITLES = {
     "wheelset": "Wheelset with creep force",
     "wheelset_body": "Wheelset without contact",
     "creep_forces": "Creep forces of any ellipse",
+    "vehicle": "Vehicle on its rails",
 }
 GROUPS = {
     "input": "Inputs",

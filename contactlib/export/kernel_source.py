@@ -255,6 +255,7 @@ def _data(description: Description) -> str:
         "layer_coefficients": names["LAYER_DATA"],
         "lateral_spin": "&LATERAL_SPIN",
         "bodies": "NULL",
+        "rails": "NULL",
     }
     return (
         f"{arrays}static const lateral_spin_contact LATERAL_SPIN = {contact};\n\n"

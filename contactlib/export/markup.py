@@ -66,7 +66,7 @@ def unknowns(description: Description) -> tuple[list[Unknown], list[Unknown], li
     """Outputs, derivatives and what is calculated at the start, with what they depend on."""
     outputs = [v for v in description.variables if v.causality == "output"]
     derivatives = description.of_role("derivative")
-    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
+    initial = [v for v in (*outputs, *derivatives) if v.initial in ("calculated", "approx")]
     return (
         description.unknowns(outputs),
         description.unknowns(derivatives),
@@ -137,8 +137,9 @@ def value_attributes(variable: Variable) -> dict[str, str]:
         "start": variable.start,
     }
     written = {key: number(value) for key, value in values.items() if value is not None}
-    if variable.size and "start" in written:
-        written["start"] = " ".join([written["start"]] * variable.size)
+    if variable.size and variable.start is not None:
+        starts = [element.start for element in variable.elements()]
+        written["start"] = " ".join(number(start) for start in starts if start is not None)
     return typed | written
 
 

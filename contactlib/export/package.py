@@ -10,7 +10,7 @@ import io
 import math
 import struct
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,7 +22,9 @@ from contactlib.base.writing import c_sources
 from contactlib.export import fmi2, fmi3, fmu_page
 from contactlib.export.description import ASSUMED_INVERSE_MASS, Description
 from contactlib.export.platforms import binaries
+from contactlib.export.vehicle import parts_of
 from contactlib.files.model import Missing
+from contactlib.files.scenario import Scenario
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -37,6 +39,7 @@ LONGEST_STEP = {  # [s]
     "wheelset": 1e-2,
     "wheelset_body": 1e-2,
     "creep_forces": 1e-2,
+    "vehicle": 1e-2,
 }
 STEPS = 400  # of the reference run
 
@@ -58,6 +61,8 @@ def experiment(description: Description) -> Experiment:
     """
     stable = [LONGEST_STEP[description.kind]]
     held = replace(description, implicit=False)
+    if held.rails:  # an axle of the vehicle
+        held = replace(held, kind="wheelset", wheels=1, per_wheel=(), rails=b"")
     if held.remembers:
         held = replace(held, kind="force_element", whole_wheelset=held.kind == "wheelset")
     native = kernel.NativeModel(held.kind, held.native_contact, held.start_values)
@@ -104,9 +109,14 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     columns = {
         "normal_load": element.axle_load * (1.0 + 0.1 * np.sin(30.0 * time / stop)),
         "friction_scale": 1.0 - 0.3 * pulse**4,
-        "drive_torque": element.radius * sliding * (0.9 + excess * pulse),
+        **dict.fromkeys(
+            ("drive_torque", "motor_torque"), element.radius * sliding * (0.9 + excess * pulse)
+        ),
         "brake_torque": 0.3 * element.radius * sliding * np.sin(np.pi * late) ** 2,
         "resistance_force": 0.1 * sliding * pulse,
+        "grade": 0.01 * pulse,
+        "front_coupler_force": 0.05 * sliding * pulse,
+        "rear_coupler_force": 0.2 * sliding * pulse,
         "creep_force": sliding * (0.9 + 0.2 * pulse),
         "semi_axis_x": width * (1.0 + 0.2 * pulse),
         "semi_axis_y": start.get("semi_axis_y", width) * (1.0 - 0.2 * pulse),
@@ -147,14 +157,17 @@ def reference_run(description: Description) -> bytes:
             native.advance(t - float(time[i - 1]))
         row = {name: float(column[i]) for name, column in inputs.items()}
         native.set(**row)
-        native.evaluate()
+        if i == 0:
+            native.begin()
+        else:
+            native.evaluate()
         lines.append(",".join(map(repr, [t, *row.values(), *native.get(*outputs)])))
     return ("\n".join(lines) + "\n").encode()
 
 
 def describe(
-    model: Model,
-    kind: str,
+    model: Model | Scenario,
+    kind: str | None,
     implicit: bool,
     parallel_exchange: bool,
     *,
@@ -165,12 +178,19 @@ def describe(
     version: str | None = None,
 ) -> Description:
     """Check the parameters of `contactlib.export_fmu` and return a description."""
+    of_vehicle = isinstance(model, Scenario)
+    kind = kind or ("vehicle" if of_vehicle else "force_element")
     if kind not in kernel.MODEL_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of: {', '.join(kernel.MODEL_KINDS)}")
+    if of_vehicle != (kind == "vehicle"):
+        needed, given = ("Scenario", "Model") if kind == "vehicle" else ("Model", "Scenario")
+        raise ValueError(f"kind = {kind!r} needs a {needed}: expected one, got a {given}")
+    if of_vehicle and wheels != 1:
+        raise ValueError(f"wheels = {shown(wheels)}: a vehicle has the axles of its scenario")
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
         raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
-    if implicit and isinstance(model.wheelset, Missing):
+    if implicit and not isinstance(model, Scenario) and isinstance(model.wheelset, Missing):
         warn(
             f"effective_inverse_mass = {ASSUMED_INVERSE_MASS:g} 1/kg is assumed, as the model has "
             "no inertia: set it to radius^2 / inertia + 1 / mass of what the element is coupled to"
@@ -179,6 +199,12 @@ def describe(
         printable = isinstance(text, str) and text.strip() and text.isprintable()
         if text is not None and not printable:
             raise ValueError(f"{name} = {shown(text)} must be text in one line")
+    starts: Mapping[str, float] = {}
+    rails, own = b"", list[str]()
+    if isinstance(model, Scenario):
+        model, starts, rails = parts_of(model)
+        wheels = int(starts["axles"])
+        own = ["position", "radius"] if wheels > 1 else []
     description = Description(
         model,
         kind,
@@ -186,7 +212,9 @@ def describe(
         parallel_exchange=parallel_exchange,
         booleans=booleans,
         wheels=checked_whole("wheels", wheels, Limits(at_least=1.0, at_most=MAX_WHEELS)),
-        per_wheel=tuple(per_wheel),
+        per_wheel=(*own, *per_wheel),
+        starts=starts,
+        rails=rails,
         author=author,
         version=version,
     )
@@ -255,8 +283,8 @@ def _start_values_file(description: Description) -> bytes:
     numbers = [float(description.wheels)]
     for v in kernel.model_variables(description.kind):
         if v.role in kernel.GIVEN:
-            count = 1 if description.is_common(v.name, v.role) else description.wheels
-            numbers += [float(count), *[description.start_values[v.name]] * count]
+            count = 1 if description.is_common(v) else description.wheels
+            numbers += [float(count), *description.starts_of(v.name)[:count]]
     numbers.append(float(description.booleans))
     body = struct.pack(f"<{len(numbers)}d", *numbers)
     return kernel.framed(b"CREEPVAL", START_VALUES_VERSION, body)

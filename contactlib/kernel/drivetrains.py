@@ -259,7 +259,7 @@ def _track_dtype() -> np.dtype[np.void]:
         for side in range(PROFILES)
         for part in ("count", "at", "value")
     ]
-    return checked_dtype(parts, "track")
+    return checked_dtype([*parts, ("scale", np.float64)], "track")
 
 
 def _unique(given: Sequence[Any]) -> tuple[list[Any], NDArray[np.intp]]:
@@ -299,4 +299,6 @@ def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.voi
             first[left + 2 : left + 4] = first[left : left + 2]
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
-    return rows.reshape(len(tracks), 3 * PROFILES).view(_track_dtype())[:, 0], numbers
+    scale = np.ones((len(tracks), 1)).view(np.uintp)
+    parts_of = np.hstack([rows.reshape(len(tracks), 3 * PROFILES), scale])
+    return np.ascontiguousarray(parts_of).view(_track_dtype())[:, 0], numbers

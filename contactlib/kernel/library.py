@@ -29,6 +29,7 @@ HEADERS = (
     "wheelset_step.h",
     "track.h",
     "vehicle.h",
+    "rails.h",
     "drivetrain.h",
     "creep_curve.h",
     "wheelset_run.h",

@@ -11,7 +11,7 @@ from contactlib.base.quantities import Limits
 from contactlib.kernel.library import ffi, library
 from contactlib.kernel.tables import NativeContact
 
-MODEL_KINDS = ("force_element", "wheelset", "wheelset_body", "creep_forces")
+MODEL_KINDS = ("force_element", "wheelset", "wheelset_body", "creep_forces", "vehicle")
 GIVEN = ("fixed_parameter", "tunable_parameter", "input", "state")  # roles with a start value
 
 
@@ -62,20 +62,21 @@ def _model(kind: str) -> Any:
 class NativeModel:
     """The model in an FMU, without FMI: values by name, steps and directional derivatives.
 
-    It checks names but no values. Of several wheels ``omega[2]`` is the second one's variable;
-    ``omega`` sets all of them, and gets the first.
+    It checks names but no values. Of several wheels, or axles of a vehicle, ``omega[2]`` is the
+    second one's variable; ``omega`` sets all of them, and gets the first.
     """
 
     def __init__(
         self, kind: str, table: NativeContact, start: Mapping[str, float], wheels: int = 1
     ) -> None:
-        self._lib, self._model, self._table = library(), _model(kind), table
+        self._lib, self._model, self._table = library(), _model(kind), table.own()
         variables = model_variables(kind)
         self._entries = {v.name: self._model.variables + i for i, v in enumerate(variables)}
         self._wheels, self._values = wheels, ffi.new("model_values[]", wheels)
         # Entry of a variable, and its wheels, by every name that was given.
         self._places = {name: (entry, range(wheels)) for name, entry in self._entries.items()}
         self.set(**start)
+        self._together = wheels if self._model.is_vehicle else 1
         self.evaluate()
 
     def _place(self, name: str) -> tuple[Any, range]:
@@ -99,6 +100,11 @@ class NativeModel:
         """Values of the named variables."""
         places = [self._place(name) for name in names]
         return [self._lib.model_get(entry, self._values + wheels[0]) for entry, wheels in places]
+
+    def begin(self) -> None:
+        """End the initialization: settle what the start values leave open."""
+        self._lib.model_begin(self._model, self._table.struct, self._values, self._wheels)
+        self.evaluate()
 
     def evaluate(self) -> None:
         """Calculate outputs and derivatives from everything else."""
@@ -129,8 +135,13 @@ class NativeModel:
 
     def tangent(self, unknowns: Sequence[str], direction: Mapping[str, float]) -> list[float]:
         """Changes of the unknowns when the other variables change along a direction."""
-        moved, change = ffi.new("model_values *"), ffi.new("model_values *")
+        n = self._together
+        moved, change = ffi.new("model_values[]", n), ffi.new("model_values[]", n)
         for name, value in direction.items():
-            self._lib.model_set(self._entries[name], moved, float(value))
-        self._lib.model_tangent(self._model, self._table.struct, self._values, moved, 1, change)
-        return [self._lib.model_get(self._entries[name], change) for name in unknowns]
+            entry, wheels = self._place(name)
+            for wheel in wheels[:n]:
+                self._lib.model_set(entry, moved + wheel, float(value))
+        given = self._table.struct, self._values, moved, n, 1, change
+        self._lib.model_tangent(self._model, *given)
+        places = [self._place(name) for name in unknowns]
+        return [self._lib.model_get(entry, change + wheels[0]) for entry, wheels in places]

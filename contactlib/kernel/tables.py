@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -116,7 +116,11 @@ class NativeContact:
             error = lib.lateral_spin_contact_open(shape, bytes_of, len(data))
         if error != ffi.NULL:
             raise ValueError(ffi.string(error).decode())
-        self._kept = table, words, shape
+        self._kept: Any = table, words, shape
+
+    def own(self) -> NativeContact:
+        """The contact for one instance of a model."""
+        return self
 
 
 def _versions(data: bytes) -> str:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
-from contactlib.kernel.library import checked_dtype, library, pointer, struct_dtype
+from contactlib.kernel.library import checked_dtype, ffi, library, pointer, struct_dtype
+from contactlib.kernel.tables import NativeContact, framed
 
 NODE_DISTANCE = 0.1  # of the nodes of rails that slip cleans [m]
 KEPT_BEHIND = 100.0  # length of rail behind a vehicle whose slip work is kept, at least [m]
@@ -49,16 +50,63 @@ def vehicle_loads(
     forces["creep_force"][:, :axles] = creep_force.reshape(-1, axles)
     forces["omega_rate"][:, :axles] = omega_rate.reshape(-1, axles)
     forces["acceleration"] = acceleration.ravel()
+    forces["radius"] = radius
     found = np.empty((forces.size, struct_dtype("vehicle_forces")["creep_force"].shape[0]))
     for i in range(forces.size):
         library().vehicle_loads(
             pointer(record, "vehicle_parameters"),
-            radius,
             pointer(forces[i : i + 1], "vehicle_forces"),
             pointer(found[i], "double"),
         )
     load[...] = found[:, :axles].reshape(load.shape)
     return load
+
+
+class NativeRails(NativeContact):
+    """A contact on rails, from a file as fmu/kernel/rails.c reads it.
+
+    Raises
+    ------
+    ValueError
+        If the bytes do not describe rails.
+    """
+
+    def __init__(self, contact: NativeContact, data: bytes) -> None:
+        lib, words = library(), np.frombuffer(data, np.uint64).copy()
+        self._contact, self._data = contact, data
+        self.struct = ffi.new("creep_table *", contact.struct[0])
+        rails = self.struct.rails = ffi.new("vehicle_rails *")
+        error = lib.vehicle_rails_open(rails, pointer(words, "uint64_t"), len(data))
+        if error != ffi.NULL:
+            raise ValueError(ffi.string(error).decode())
+        work = ffi.new("double[]", lib.vehicle_rails_numbers(rails) + 1)
+        lib.vehicle_rails_begin(rails, work)
+        self._kept = words, rails, work
+
+    def own(self) -> NativeContact:
+        """The contact on rails that no other instance of a model cleans."""
+        return NativeRails(self._contact, self._data)
+
+
+def rails_file(
+    track: Sequence[tuple[Sequence[float], Sequence[float]]],
+    *,
+    cleaning: float,
+    recovered: float,
+    length: float,
+) -> bytes:
+    """Bytes of rails, for a vehicle of a length from its first to its last axle [m]."""
+    left, right, *others = track
+    nodes = rail_nodes(length) if cleaning > 0.0 and length > 0.0 else 0
+    numbers = [cleaning, recovered, NODE_DISTANCE, float(nodes)]
+    for at, value in (left, ((), ()) if left == right else right, *others):
+        numbers += [float(len(at)), *at, *value]
+    return framed(b"CREEPRAI", 1, np.array(numbers, "<f8").tobytes())
+
+
+def rail_nodes(length: float, node_distance: float = NODE_DISTANCE) -> int:
+    """Number of nodes for the slip work on the rails under and behind a vehicle of a length [m]."""
+    return 1 << int(np.ceil(np.log2((length + KEPT_BEHIND) / node_distance + 4.0)))
 
 
 class NativeVehicles:
@@ -91,8 +139,8 @@ class NativeVehicles:
         self.axles = np.zeros((len(vehicles), axles), struct_dtype("axle_state"))
         self._distance, self._nodes = node_distance, 0
         if axles > 1 and any(vehicle.cleaning > 0.0 for vehicle in vehicles):
-            length = max(float(body["position"].max()) for body in bodies) + KEPT_BEHIND
-            self._nodes = 1 << int(np.ceil(np.log2(length / node_distance + 4.0)))
+            length = max(float(body["position"].max()) for body in bodies)
+            self._nodes = rail_nodes(length, node_distance)
         self._ranges = np.zeros(len(vehicles), struct_dtype("rail_range"))
         self._work = np.zeros((len(vehicles), self._nodes, 2))
 

@@ -115,9 +115,10 @@ static const model_variable *out_of_range(const model *m, const model_values *st
 }
 
 static int states_in_range(const component *self) {
-    for (size_t i = 0; i < self->states * self->wheels; i++) {
-        const model_variable *v = self->state[i / self->wheels];
-        if (!is_in_range(v, model_get(v, &self->now->values[i % self->wheels]))) return 0;
+    for (size_t i = 0; i < self->states; i++) {
+        const continuous_state *s = &self->state[i];
+        if (!is_in_range(s->variable, model_get(s->variable, &self->now->values[s->wheel])))
+            return 0;
     }
     return 1;
 }
@@ -138,12 +139,13 @@ static const char *read_start_values(component *self, const void *bytes, size_t 
     if (self->start == NULL) return "out of memory";
     for (size_t i = 0; i < m->count; i++) {
         const model_variable *v = &m->variables[i];
-        self->is_common[i] = v->role == INDEPENDENT;
+        self->is_common[i] = v->part == ONCE;
         if (!model_is_given(v)) continue;
-        int common = at < count && number[at] == 1.0;
+        int common = at < count && number[at] == 1.0,
+            several = v->role == INPUT || v->role == STATE;
         size_t given = common ? 1 : wheels;
         if (at >= count || (!common && number[at] != (double)wheels) || count - at - 1 < given ||
-            (common && wheels > 1 && (v->role == INPUT || v->role == STATE)))
+            (wheels > 1 && common != (v->part == ONCE) && (several || !common)))
             return "the number of values is not the model's";
         self->is_common[i] = (unsigned char)common;
         for (size_t w = 0; w < wheels; w++)
@@ -157,6 +159,8 @@ static const char *read_start_values(component *self, const void *bytes, size_t 
         if (out_of_range(m, &self->start[w], &self->start[w]) != NULL)
             return "the file holds a value out of range";
     }
+    if (m->is_vehicle && self->start->whole.body.axles != (double)wheels)
+        return "the number of axles is not that of wheels";
     for (size_t i = 0; i < m->count; i++)
         self->is_present[i] = (unsigned char)model_has(&m->variables[i], self->start);
     return NULL;
@@ -181,6 +185,12 @@ static result load_resources(component *self, const char *location) {
         self->table.lateral_spin = &self->lateral_spin;
         self->table.bodies = &self->bodies;
     }
+    if (error == NULL && self->model->is_vehicle) {
+        file = "rails.bin";
+        error = resource_read(location, file, &self->rails_bytes, &size, text, sizeof text);
+        if (error == NULL) error = vehicle_rails_open(&self->rails, self->rails_bytes, size);
+        self->table.rails = &self->rails;
+    }
     if (error == NULL) {
         file = "start_values.bin";
         error = resource_read(location, file, &values, &size, text, sizeof text);
@@ -192,7 +202,13 @@ static result load_resources(component *self, const char *location) {
 }
 
 static size_t state_size(const component *self) {
-    return sizeof(component_state) + self->wheels * sizeof(model_values);
+    return sizeof(component_state) + self->wheels * sizeof(model_values) +
+           vehicle_rails_numbers(&self->rails) * sizeof(double);
+}
+
+/* The slip work on the rails in a state. */
+static double *slip_work(const component *self, const component_state *state) {
+    return (double *)(void *)(state->values + self->wheels);
 }
 
 void component_reset(component *self) {
@@ -201,7 +217,8 @@ void component_reset(component *self) {
     self->now->stop_time = INFINITY;
     self->now->tolerance = DEFAULT_TOLERANCE;
     self->now->stage = INSTANTIATED;
-    self->now->stale = 1;
+    self->now->stale = self->now->unsearched = 1;
+    vehicle_rails_begin(&self->rails, slip_work(self, self->now));
     self->warned = 0;
 }
 
@@ -217,13 +234,17 @@ result component_open(component *self, int model_exchange, const char *token,
     strcpy(self->token, token);
     if (load_resources(self, resources) != RESULT_OK) return RESULT_ERROR;
     self->now = malloc(state_size(self));
-    if (self->now == NULL) return component_log(self, RESULT_ERROR, "out of memory");
+    self->before = malloc(state_size(self));
+    if (self->now == NULL || self->before == NULL)
+        return component_log(self, RESULT_ERROR, "out of memory");
     size_t rates = 0;
     for (size_t i = 0; i < self->model->count; i++) {
         const model_variable *v = &self->model->variables[i];
         if (!self->is_present[i]) continue;
-        if (v->role == STATE) self->state[self->states++] = v;
-        if (v->role == DERIVATIVE) self->rate[rates++] = v;
+        for (size_t w = 0; w < (self->is_common[i] ? 1 : self->wheels); w++) {
+            if (v->role == STATE) self->state[self->states++] = (continuous_state){v, NULL, w};
+            if (v->role == DERIVATIVE) self->state[rates++].rate = v;
+        }
     }
     component_reset(self);
     return RESULT_OK;
@@ -232,7 +253,9 @@ result component_open(component *self, int model_exchange, const char *token,
 void component_close(component *self) {
     free(self->table_bytes);
     free(self->shape_bytes);
+    free(self->rails_bytes);
     free(self->start);
+    free(self->before);
     free(self->now);
 }
 
@@ -375,6 +398,29 @@ static result check_shape(component *self, size_t wheel) {
     return RESULT_OK;
 }
 
+/* Axles stand one behind another in whole bogies. */
+static result check_axles(component *self) {
+    const model_values *values = self->now->values;
+    const vehicle_parameters *p = &values->whole.body;
+    size_t each = (size_t)p->axles_per_bogie, n = self->wheels;
+    if (p->axles != (double)n)
+        return component_log(self, RESULT_DISCARD,
+                             "axles = %s must be %zu, the number of the exported vehicle",
+                             SHOWN(p->axles), n);
+    if (n > 1 && ((double)each != p->axles_per_bogie || n % each != 0 || n == each))
+        return component_log(self, RESULT_DISCARD,
+                             "axles_per_bogie = %s must give two or more bogies of %zu axles",
+                             SHOWN(p->axles_per_bogie), n);
+    for (size_t i = 1; i < n; i++)
+        if (!(values[i].axle.position > values[i - 1].axle.position))
+            return component_log(
+                self, RESULT_DISCARD,
+                "position[%zu] = %s is out of range: must be above position[%zu] = "
+                "%s",
+                i + 1, SHOWN(values[i].axle.position), i, SHOWN(values[i - 1].axle.position));
+    return RESULT_OK;
+}
+
 /* A contact under load needs an ellipse; a wheel that lifts off has neither. */
 static result check_ellipse(component *self, size_t wheel) {
     const creep_forces_input *in = &self->now->values[wheel].ellipse;
@@ -421,6 +467,8 @@ static void check_grip(component *self, size_t wheel) {
 /* Check what a tool has set since the outputs were last calculated. */
 static result check_inputs(component *self) {
     int rubs = self->model->has_contact || self->model->has_bodies;
+    if (self->now->stale && self->model->is_vehicle && check_axles(self) != RESULT_OK)
+        return RESULT_DISCARD;
     for (size_t w = 0; self->now->stale && w < self->wheels; w++) {
         if (!rubs) continue;
         if (check_friction(self, w) != RESULT_OK) return RESULT_DISCARD;
@@ -436,6 +484,7 @@ static result evaluate(component *self) {
     if (check_inputs(self) != RESULT_OK) return RESULT_DISCARD;
     self->model->evaluate(&self->table, self->now->values, self->wheels);
     self->now->stale = 0;
+    self->now->unsearched = 1;
     for (size_t w = 0; w < self->wheels; w++) {
         const model_values *v = &self->now->values[w];
         if (v->forces.aspect_limited > 0.0 && is_first(self, ASPECT_LIMITED))
@@ -473,6 +522,9 @@ result component_update_flags(component *self) {
 }
 
 result component_start(component *self) {
+    if (check_inputs(self) != RESULT_OK) return RESULT_DISCARD;
+    model_begin(self->model, &self->table, self->now->values, self->wheels);
+    self->now->stale |= self->model->is_vehicle;
     if (component_update_flags(self) != RESULT_OK) return RESULT_DISCARD;
     double zone = 0.0;
     size_t wheel = 0;
@@ -504,6 +556,10 @@ result component_get(component *self, unsigned reference, int boolean, double *v
             return RESULT_OK;
         }
         if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+        if (model_is_searched(v) && self->now->unsearched) {
+            self->model->search(&self->table, self->now->values, self->wheels);
+            self->now->unsearched = 0;
+        }
     }
     for (size_t k = 0; k < count; k++) values[k] = model_get(v, &self->now->values[first + k]);
     return RESULT_OK;
@@ -557,6 +613,13 @@ static void set_radius(model_values *now, const model_values *start, double radi
     now->contact.radius = radius;
 }
 
+/* Likewise of a vehicle's axle, which rolls at the start whatever its speed and its radius are. */
+static void set_rolling(model_values *now, const model_variable *v, double value) {
+    int rolls = now->input.omega == now->input.speed / now->contact.radius;
+    model_set(v, now, value);
+    if (rolls) now->input.omega = now->input.speed / now->contact.radius;
+}
+
 void component_put(component *self, unsigned reference, const double *values) {
     size_t i = index_of(self, reference), first = wheel_of(self, reference, 0);
     size_t count = self->is_common[i] ? self->wheels : component_size(self, reference);
@@ -564,8 +627,10 @@ void component_put(component *self, unsigned reference, const double *values) {
     for (size_t k = 0; k < count; k++) {
         double value = values[self->is_common[i] ? 0 : k];
         model_values *now = &self->now->values[first + k];
-        if (v->offset == offsetof(model_values, contact.radius))
-            set_radius(now, &self->start[first + k], value);
+        int is_radius = v->offset == offsetof(model_values, contact.radius);
+        int is_speed = v->offset == offsetof(model_values, input.speed);
+        if (self->model->is_vehicle && (is_radius || is_speed)) set_rolling(now, v, value);
+        else if (is_radius) set_radius(now, &self->start[first + k], value);
         else model_set(v, now, value);
     }
     self->now->stale = 1;
@@ -573,8 +638,9 @@ void component_put(component *self, unsigned reference, const double *values) {
 
 /* ---- steps --------------------------------------------------------------------------------- */
 
-/* The FMU's clock follows the tool's, as no state depends on time. Tools add up step sizes, so the
- * last bits of the time may differ, of a tool that counts in single precision those of a float. */
+/* The FMU's clock follows the tool's, as states hardly depend on time. Tools add up step sizes, so
+ * the last bits of the time may differ, of a tool that counts in single precision those of a float.
+ */
 static result check_clock(component *self, double point, double step) {
     double now = self->now->values->time, off = fabs(point - now);
     if (off <= 1e-6 * step + 1e-12 * fabs(point)) return RESULT_OK;
@@ -599,8 +665,8 @@ static int ends_in_time(const component *self, double end, double step) {
 }
 
 result component_step(component *self, double point, double step) {
-    model_values *values = self->now->values, before[MAX_WHEELS];
-    double end = point + step, substeps[MAX_WHEELS];
+    model_values *values = self->now->values;
+    double end = point + step;
     size_t failed = 0;
     if (!(step > 0.0 && isfinite(end)))
         return component_log(self, RESULT_ERROR,
@@ -611,20 +677,19 @@ result component_step(component *self, double point, double step) {
                              SHOWN_TO(17, end), SHOWN_TO(17, self->now->stop_time));
     if ((self->model->moves ? check_inputs(self) : evaluate(self)) != RESULT_OK)
         return RESULT_DISCARD;
-    for (size_t w = 0; w < self->wheels; w++) substeps[w] = values[w].substep;
-    if (self->states > 0) memcpy(before, values, self->wheels * sizeof *values);
+    memcpy(self->before, self->now, state_size(self));
     const char *error = self->model->advance(&self->table, values, self->wheels, step,
                                              self->now->tolerance, &failed);
     if (error != NULL) {
         double longest = 0.5 * values[failed].substep; /* so wild a motion needs more or fewer */
-        values[failed].substep = substeps[failed];
+        memcpy(self->now, self->before, state_size(self));
         return component_log(
             self, RESULT_DISCARD,
             "%sthe step of %s s from %s s: %s; take steps of at most %s s, or a larger tolerance",
             WHEEL(failed), SHOWN(step), SHOWN(point), error, SHOWN(longest));
     }
     if (!states_in_range(self)) {
-        memcpy(values, before, self->wheels * sizeof *values);
+        memcpy(self->now, self->before, state_size(self));
         return component_log(self, RESULT_DISCARD,
                              "the step of %s s from %s s: a state leaves its range", SHOWN(step),
                              SHOWN(point));
@@ -661,10 +726,21 @@ result component_step(component *self, double point, double step) {
 
 /* ---- model exchange ------------------------------------------------------------------------ */
 
-size_t component_states(const component *self) { return self->states * self->wheels; }
+size_t component_states(const component *self) { return self->states; }
 
 size_t component_indicators(const component *self) {
-    return self->model->has_contact ? FLAG_COUNT * self->wheels : 0;
+    size_t count = 0;
+    for (size_t i = 0; i < self->model->count; i++)
+        count += self->model->variables[i].role == INDICATOR;
+    return count * self->wheels;
+}
+
+result component_complete(component *self) {
+    if (self->model->complete == NULL) return RESULT_OK;
+    if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
+    self->model->complete(&self->table, self->now->values, self->wheels);
+    self->now->stale = 1;
+    return RESULT_OK;
 }
 
 static result check_count(component *self, const char *what, size_t count, size_t expected) {
@@ -680,34 +756,39 @@ result component_set_time(component *self, double time) {
     return RESULT_OK;
 }
 
-/* Read a variable for each state. */
-static result get_each(component *self, const model_variable *const *variables, size_t count,
-                       double *values) {
+/* Read each state or its rate. */
+static result get_each(component *self, int rates, size_t count, double *values) {
     if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    for (size_t i = 0; i < count; i++)
-        values[i] = model_get(variables[i / self->wheels], &self->now->values[i % self->wheels]);
+    for (size_t i = 0; i < count; i++) {
+        const continuous_state *s = &self->state[i];
+        values[i] = model_get(rates ? s->rate : s->variable, &self->now->values[s->wheel]);
+    }
     return RESULT_OK;
 }
 
 result component_get_states(component *self, size_t count, double *values) {
-    return get_each(self, self->state, count, values);
+    return get_each(self, 0, count, values);
 }
 
 result component_get_derivatives(component *self, size_t count, double *values) {
-    return get_each(self, self->rate, count, values);
+    return get_each(self, 1, count, values);
 }
 
 result component_set_states(component *self, size_t count, const double *values) {
-    size_t n = self->wheels;
     if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     for (size_t i = 0; i < count; i++)
-        if (check_range(self, self->state[i / n], i % n, values[i]) != RESULT_OK)
+        if (check_range(self, self->state[i].variable, self->state[i].wheel, values[i]) !=
+            RESULT_OK)
             return RESULT_DISCARD;
-    for (size_t i = 0; i < count; i++)
-        model_set(self->state[i / n], &self->now->values[i % n], values[i]);
+    for (size_t i = 0; i < count; i++) {
+        const continuous_state *s = &self->state[i];
+        size_t end = s->variable->part == ONCE ? self->wheels : s->wheel + 1;
+        for (size_t w = s->wheel; w < end; w++)
+            model_set(s->variable, &self->now->values[w], values[i]);
+    }
     self->now->stale = 1;
     return RESULT_OK;
 }
@@ -717,8 +798,9 @@ result component_get_indicators(component *self, size_t count, double *values) {
         return RESULT_ERROR;
     if (count == 0) return RESULT_OK;
     if (evaluate(self) != RESULT_OK) return RESULT_DISCARD;
-    for (size_t i = 0; i < count; i++)
-        values[i] = (&self->now->values[i % self->wheels].output.falling_margin)[i / self->wheels];
+    for (size_t i = 0; i < self->model->count; i++)
+        for (size_t w = 0; self->model->variables[i].role == INDICATOR && w < self->wheels; w++)
+            *values++ = model_get(&self->model->variables[i], &self->now->values[w]);
     return RESULT_OK;
 }
 
@@ -726,11 +808,13 @@ result component_get_nominals(component *self, size_t count, double *values) {
     if (check_count(self, "continuous states", count, component_states(self)) != RESULT_OK)
         return RESULT_ERROR;
     for (size_t i = 0; i < count; i++) {
-        const model_variable *v = self->state[i / self->wheels];
-        double start = model_get(v, &self->start[i % self->wheels]);
-        const force_element_parameters *p = &self->start[i % self->wheels].contact;
+        const model_variable *v = self->state[i].variable;
+        double start = model_get(v, &self->start[self->state[i].wheel]);
+        const force_element_parameters *p = &self->start[self->state[i].wheel].contact;
         int held = v->part == IF_REMEMBERING && strcmp(v->unit, "N") == 0;
-        values[i] = held ? p->kinetic_friction * p->nominal_load : fmax(fabs(start), 1.0);
+        double arm = held ? 1.0 : strcmp(v->unit, "N.m") == 0 ? p->radius : 0.0;
+        values[i] =
+            arm > 0.0 ? arm * p->kinetic_friction * p->nominal_load : fmax(fabs(start), 1.0);
     }
     return RESULT_OK;
 }
@@ -771,19 +855,28 @@ static void follow(component *self, const model_values *direction, const unsigne
     const model *m = self->model;
     static const model_values still;
     int diagnostics = 0;
-    for (size_t i = 0; i < count; i++)
-        diagnostics |= model_is_diagnostic(&m->variables[index_of(self, unknowns[i])]);
-    for (size_t w = 0; w < self->wheels; w++) {
-        model_values change = still;
-        if (memcmp(&direction[w], &still, sizeof still) != 0)
-            model_tangent(m, &self->table, &self->now->values[w], &direction[w], diagnostics,
-                          &change);
+    for (size_t i = 0; i < count; i++) {
+        const model_variable *v = &m->variables[index_of(self, unknowns[i])];
+        diagnostics |= model_is_diagnostic(v) || model_is_searched(v);
+    }
+    size_t together = m->is_vehicle ? self->wheels : 1;
+    for (size_t first = 0; first < self->wheels; first += together) {
+        model_values change[MAX_AXLES];
+        memset(change, 0, together * sizeof *change);
+        for (size_t w = first, moved = 0; w < first + together && !moved; w++) {
+            moved = memcmp(&direction[w], &still, sizeof still) != 0;
+            if (moved)
+                model_tangent(m, &self->table, &self->now->values[first], &direction[first],
+                              together, diagnostics, change);
+        }
         double *to = changes;
         for (size_t i = 0; i < count; i++) {
             const model_variable *v = &m->variables[index_of(self, unknowns[i])];
-            for (size_t k = 0; k < component_size(self, unknowns[i]); k++, to++)
-                if (wheel_of(self, unknowns[i], k) == w)
-                    *to = model_get(v, v->role == STATE ? &direction[w] : &change);
+            for (size_t k = 0; k < component_size(self, unknowns[i]); k++, to++) {
+                size_t w = wheel_of(self, unknowns[i], k);
+                if (w >= first && w < first + together)
+                    *to = model_get(v, v->role == STATE ? &direction[w] : &change[w - first]);
+            }
         }
     }
 }
@@ -880,6 +973,12 @@ static int are_possible(const component *self, size_t wheel, const model_values 
         if (!isfinite(model_get(&self->model->variables[i], values))) return 0;
     for (size_t i = 0; i < sizeof values->memory / sizeof *memory; i++)
         if (!isfinite(memory[i])) return 0;
+    const axle_state *past = &values->past;
+    for (size_t i = 0; i < sizeof *past / sizeof past->load; i++)
+        if (!(fabs((&past->load)[i]) <= 1e15)) return 0;
+    if (past->length < 0.0 || floor(past->interval) != past->interval ||
+        !(fabs(values->completed) <= 1e15))
+        return 0;
     return isfinite(values->substep) && isfinite(values->held_tolerance) &&
            values->spins == self->start[wheel].spins &&
            (values->memory.known == 0.0 || values->memory.step > 0.0);
@@ -889,6 +988,7 @@ static int is_possible(const component *self, const component_state *state) {
     if (state->stage < INSTANTIATED || state->stage > TERMINATED) return 0;
     for (size_t w = 0; w < self->wheels; w++)
         if (!are_possible(self, w, &state->values[w])) return 0;
+    if (!vehicle_rails_possible(&self->rails, slip_work(self, state))) return 0;
     return !isnan(state->stop_time) && state->tolerance >= MIN_TOLERANCE &&
            state->tolerance <= MAX_TOLERANCE;
 }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "model.h"
+#include "rails.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum { RESULT_OK, RESULT_WARNING, RESULT_DISCARD, RESULT_ERROR } result;
@@ -24,7 +25,7 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
-enum { CATEGORY_COUNT = 3, FLAG_COUNT = 6, MAX_VARIABLES = 128, MODEL_STATES = 8, TOKEN_SIZE = 80 };
+enum { CATEGORY_COUNT = 3, FLAG_COUNT = 6, MAX_VARIABLES = 128, MAX_STATES = 256, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, by rising severity. */
 extern const char *const CATEGORIES[CATEGORY_COUNT];
@@ -38,8 +39,15 @@ typedef struct {
     double tolerance;                          /* of the integrator */
     int32_t stage;
     int32_t stale;         /* 1 until the outputs are evaluated for the present inputs */
-    model_values values[]; /* of each wheel */
+    int32_t unsearched;    /* 1 until those of a search are too */
+    model_values values[]; /* of each wheel; then the slip work on the rails of a vehicle */
 } component_state;
+
+/* A continuous state of a wheel, and its rate. */
+typedef struct {
+    const model_variable *variable, *rate;
+    size_t wheel;
+} continuous_state;
 
 typedef struct {
     component_state *now;
@@ -56,8 +64,11 @@ typedef struct {
     lateral_spin_contact lateral_spin;
     creep_forces bodies;
     void *shape_bytes; /* of one of the two */
-    size_t states;     /* number of continuous states of a wheel; they and their rates */
-    const model_variable *state[MODEL_STATES], *rate[MODEL_STATES];
+    vehicle_rails rails;
+    void *rails_bytes;
+    component_state *before; /* room to keep the state over a step */
+    size_t states;
+    continuous_state state[MAX_STATES];
     int model_exchange;
     int has_booleans; /* 0 if truth values are real numbers, 0 or 1 */
     unsigned warned;  /* one bit for each warning that is given once */
@@ -99,9 +110,10 @@ void component_put(component *self, unsigned reference, const double *values);
 
 result component_step(component *self, double point, double step);
 
-/* Model exchange. Each array holds one double per state or per flag, of each wheel in turn. */
+/* Model exchange. Each array holds one double per state or per indicator, of each wheel in turn. */
 size_t component_states(const component *self);
 size_t component_indicators(const component *self);
+result component_complete(component *self); /* a step of the solver */
 result component_set_time(component *self, double time);
 result component_get_states(component *self, size_t count, double *values);
 result component_set_states(component *self, size_t count, const double *values);

@@ -14,12 +14,13 @@
 const char TRUTH[] = "Boolean";
 
 /* clang-format off */
-#define GIVEN(role, name, unit, text, low, high, member) \
-    {name, unit, text, low, high, AT(member), role, ALWAYS}
+#define GIVEN(...) OF(ALWAYS, __VA_ARGS__)
 #define MADE(role, name, unit, text, member) \
     GIVEN(role, name, unit, text, -LARGE, LARGE, member)
 
-#define TIME GIVEN(INDEPENDENT, "time", "s", "simulation time", -LARGE, LARGE, time)
+#define OF(part, role, name, unit, text, low, high, member) \
+    {name, unit, text, low, high, AT(member), role, part}
+#define TIME OF(ONCE, INDEPENDENT, "time", "s", "simulation time", -LARGE, LARGE, time)
 #define FIXED(...) GIVEN(FIXED_PARAMETER, __VA_ARGS__)
 #define TUNABLE(...) GIVEN(TUNABLE_PARAMETER, __VA_ARGS__)
 
@@ -165,10 +166,14 @@ const char TRUTH[] = "Boolean";
      "first", -LARGE, LARGE, AT(output.outer_lateral_rate), DERIVATIVE, IF_REMEMBERING}
 
 #define BODY_PARAMETERS \
-    FIXED("inertia", "kg.m2", "moment of inertia about the axle, with the drive's", 1e-9, 1e12, \
-          body.inertia), \
+    INERTIA, \
     FIXED("inverse_mass", "1/kg", "one over the mass moved; 0 holds the speed, as a roller rig " \
           "does", 0.0, 1e9, body.inverse_mass), \
+    RESISTANCES
+#define INERTIA \
+    FIXED("inertia", "kg.m2", "moment of inertia about the axle, with the drive's", 1e-9, 1e12, \
+          body.inertia)
+#define RESISTANCES \
     TUNABLE("damping", "N.m.s/rad", "drive torque lost per angular velocity", 0.0, 1e12, \
             body.damping), \
     TUNABLE("constant_resistance", "N", "running resistance at low speed", 0.0, 1e12, \
@@ -286,6 +291,110 @@ static const model_variable BODIES_VARIABLES[] = {
     MADE(OUTPUT, "spin_moment", "N.m", "moment on the wheel about the vertical axis", forces.spin_moment),
     MADE(OUTPUT, "utilisation", "1", "force over static friction times load", forces.utilisation),
 };
+
+#define WHOLE(role, ...) OF(ONCE, role, __VA_ARGS__)
+#define HEIGHT(name, text, member) WHOLE(FIXED_PARAMETER, name, "m", text, 0.0, 10.0, whole.body.member)
+#define MASS(name, text, least, member) \
+    WHOLE(FIXED_PARAMETER, name, "kg", text, least, 1e8, whole.body.member)
+#define VEHICLE_PARAMETERS \
+    WHOLE(FIXED_PARAMETER, "axles", "1", "number of axles, that of the exported vehicle", 1.0, \
+          MAX_AXLES, whole.body.axles), \
+    WHOLE(FIXED_PARAMETER, "axles_per_bogie", "1", "number of axles of each bogie; a single axle has a " \
+          "bogie of its own", 1.0, MAX_AXLES, whole.body.axles_per_bogie), \
+    FIXED("position", "m", "distance of the axle behind the first one", 0.0, 100.0, axle.position), \
+    MASS("body_mass", "mass of the body", 1e-6, body_mass), \
+    MASS("bogie_mass", "mass of one bogie without its wheelsets", 0.0, bogie_mass), \
+    MASS("wheelset_mass", "mass of one wheelset", 0.0, wheelset_mass), \
+    MASS("train_mass", "mass of the train behind the coupler", 0.0, train_mass), \
+    HEIGHT("body_height", "height of the body's centre of mass above the rail", body_height), \
+    HEIGHT("bogie_height", "height of a bogie's centre of mass, without its wheelsets", bogie_height), \
+    HEIGHT("pivot_height", "height at which the bogies pull the body", pivot_height), \
+    HEIGHT("coupler_height", "height of the couplers", coupler_height), \
+    WHOLE(FIXED_PARAMETER, "pitch_inertia", "kg.m2", "angular momentum of wheelset and rotor over the " \
+          "wheelset's angular velocity", -1e5, 1e5, whole.body.pitch_inertia), \
+    WHOLE(FIXED_PARAMETER, "load_lag", "s", "time constant with which the loads follow the forces", \
+          1e-6, 10.0, whole.body.load_lag)
+#define LAGGING(role, ...) OF(IF_LAGGING, role, __VA_ARGS__)
+#define BRAKED(role, ...) OF(IF_BRAKED, role, __VA_ARGS__)
+#define MEMORY_OF(side, at) \
+    OF(IF_REMEMBERING, STATE, "held_force_" #side, "N", "creep force that both wheels would hold with " \
+       "the " #side " one's contact", -1e15, 1e15, at.held_force), \
+    OF(IF_REMEMBERING, STATE, "unslipped_" #side, "1", "part of the " #side " contact that has not " \
+       "slipped since it entered", -0.1, 1.1, at.unslipped), \
+    OF(IF_REMEMBERING, STATE, "outer_force_" #side, "N", "part of held_force_" #side " in the zone " \
+       "that slips first", -1e15, 1e15, at.outer_force)
+#define MEMORY_RATE(name, unit, member) \
+    OF(IF_REMEMBERING, DERIVATIVE, "der(" name ")", unit, "rate of change of " name, -LARGE, LARGE, \
+       member)
+static const model_variable VEHICLE_VARIABLES[] = {
+    TIME,
+    CONTACT_PARAMETERS,
+    INERTIA,
+    RESISTANCES,
+    VEHICLE_PARAMETERS,
+    LAGGING(FIXED_PARAMETER, "motor_lag", "s", "time constant with which the motor's torque follows its "
+            "command", 1e-6, 10.0, axle.motor_lag),
+    BRAKED(FIXED_PARAMETER, "brake_fill_time", "s", "time constant with which the brake's torque rises "
+           "to its command", 1e-6, 10.0, axle.brake_fill_time),
+    BRAKED(FIXED_PARAMETER, "brake_vent_time", "s", "time constant with which the brake's torque falls "
+           "to its command", 1e-6, 10.0, axle.brake_vent_time),
+    GIVEN(INPUT, "motor_torque", "N.m", "commanded torque of the motor, at the axle; a vehicle with "
+          "friction brakes takes a negative one as none", -1e12, 1e12, axle.motor_torque),
+    BRAKED(INPUT, "brake_torque", "N.m", "commanded torque of the friction brake, at the axle, against "
+           "the rotation", 0.0, 1e12, brake_torque),
+    GIVEN(INPUT, "friction_scale", "1", "multiplies the factors on friction of the rails before slip "
+          "cleans them; below " TEXT(MIN_FRICTION_SCALE) " there is no friction", 0.0, 1e3,
+          input.friction_scale),
+    WHOLE(INPUT, "grade", "1", "rise over distance, positive uphill; added to that of the rails and the "
+          "vehicle's own", -1.0, 1.0, whole.grade),
+    WHOLE(INPUT, "front_coupler_force", "N", "tension of the front coupler, which pulls the vehicle "
+          "forward", -1e12, 1e12, whole.front_coupler_force),
+    WHOLE(INPUT, "rear_coupler_force", "N", "tension of the rear coupler, which pulls the vehicle "
+          "backward", -1e12, 1e12, whole.rear_coupler_force),
+    WHOLE(STATE, "speed", "m/s", "forward velocity of the vehicle", -1e9, 1e9, input.speed),
+    WHOLE(STATE, "distance", "m", "distance that the first axle is from its start on the rails", -1e9,
+          1e9, whole.distance),
+    GIVEN(STATE, "omega", "rad/s", "angular velocity of the wheelset, positive when rolling forward; its "
+          "start value moves with speed and radius", -1e9, 1e9, input.omega),
+    MEMORY_OF(left, input.memory),
+    MEMORY_OF(right, axle.right),
+    LAGGING(STATE, "acting_motor_torque", "N.m", "torque of the motor, at the axle", -1e12, 1e12,
+            axle.acting_motor),
+    BRAKED(STATE, "acting_brake_torque", "N.m", "torque that the friction brake can hold, at the axle",
+           -1e12, 1e12, axle.acting_brake),
+    BRAKED(STATE, "pads", "1", "way by which the wheel has carried the pads of its brake along, over "
+           "what they give: 1 where they slide forward, -1 backward", -1e9, 1e9, pads),
+    GIVEN(STATE, "axle_load", "N", "load of both wheels; it settles at the end of the initialization",
+          -1e12, 1e12, input.normal_load),
+    WHOLE(DERIVATIVE, "der(speed)", "m/s2", "forward acceleration", -LARGE, LARGE, rates.speed_rate),
+    WHOLE(DERIVATIVE, "der(distance)", "m/s", "rate of the distance", -LARGE, LARGE,
+          of_axle.distance_rate),
+    MADE(DERIVATIVE, "der(omega)", "rad/s2", "angular acceleration", rates.omega_rate),
+    MEMORY_RATE("held_force_left", "N/s", output.held_rate),
+    MEMORY_RATE("unslipped_left", "1/s", output.unslipped_rate),
+    MEMORY_RATE("outer_force_left", "N/s", output.outer_rate),
+    MEMORY_RATE("held_force_right", "N/s", of_axle.right_rate.held_force),
+    MEMORY_RATE("unslipped_right", "1/s", of_axle.right_rate.unslipped),
+    MEMORY_RATE("outer_force_right", "N/s", of_axle.right_rate.outer_force),
+    LAGGING(DERIVATIVE, "der(acting_motor_torque)", "N.m/s", "rate of the motor's torque", -LARGE, LARGE,
+            of_axle.motor_rate),
+    BRAKED(DERIVATIVE, "der(acting_brake_torque)", "N.m/s", "rate of the brake's torque", -LARGE, LARGE,
+           of_axle.brake_rate),
+    BRAKED(DERIVATIVE, "der(pads)", "1/s", "rate of the pads", -LARGE, LARGE, pads_rate),
+    MADE(DERIVATIVE, "der(axle_load)", "N/s", "rate of the load", of_axle.load_rate),
+    WHOLE(OUTPUT, "acceleration", "m/s2", "forward acceleration of the vehicle", -LARGE, LARGE,
+          rates.speed_rate),
+    MADE(OUTPUT, "creepage", "1", "slip velocity over speed, positive in traction", output.creepage),
+    MADE(OUTPUT, "creep_force", "N", "force on the axle, positive forward", output.creep_force),
+    MADE_POSITIVE("friction", "1", "factor on friction under the wheels, mean of both", of_axle.friction),
+    MADE_POSITIVE("available_force", "N", "largest creep force that friction allows",
+                  of_axle.available_force),
+    MADE(OUTPUT, "drive_torque", "N.m", "torque of motor and brake, at the axle", of_axle.drive_torque),
+    THERMAL(OUTPUT, "contact_temperature", "K", "mean flash temperature of the contacts above that of "
+            "wheel and rail", 0.0, LARGE, output.contact_temperature),
+    FLAG(falling_branch, falling, "1", "the force of a wheel falls with creepage at fixed speed"),
+    INDICATOR_OF(falling_branch, falling, "1", ""),
+};
 /* clang-format on */
 
 int model_has(const model_variable *variable, const model_values *values) {
@@ -298,7 +407,9 @@ int model_has(const model_variable *variable, const model_values *values) {
         return values->contact.layer_compliance > 0.0 || values->bodies.layer_compliance > 0.0;
     if (variable->part == IF_FALLING) return falling;
     if (variable->part == IF_SLIP_COUNTS) return thermal || falling;
-    return variable->part == ALWAYS || values->spins > 0.0;
+    if (variable->part == IF_LAGGING) return values->axle.motor_lag > 0.0;
+    if (variable->part == IF_BRAKED) return values->axle.brake_fill_time > 0.0;
+    return variable->part == ALWAYS || variable->part == ONCE || values->spins > 0.0;
 }
 
 double model_get(const model_variable *variable, const model_values *values) {
@@ -341,6 +452,16 @@ static const model MODELS[] = {
      .evaluate = evaluate_creep_forces,
      .tangent = tangent_creep_forces,
      .advance = advance_creep_forces},
+    {.kind = "vehicle",
+     .has_contact = 1,
+     .moves = 1,
+     .is_vehicle = 1,
+     LIST(VEHICLE_VARIABLES),
+     .evaluate = evaluate_vehicle,
+     .advance = advance_vehicle,
+     .begin = begin_vehicle,
+     .complete = complete_vehicle,
+     .search = search_vehicle},
 };
 
 const model *model_of(const char *kind) {
@@ -366,14 +487,20 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     if (!m->has_contact || !m->moves) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;
     forget(&v.input);
-    m->evaluate(table, &v, 1);
-    double inverse_mass = p->radius * p->radius / v.body.inertia + v.body.inverse_mass;
+    evaluate_contacts(table, &v, 1);
+    double moved = m->is_vehicle ? inverse_mass_of_axle(&v) : v.body.inverse_mass;
+    double inverse_mass = p->radius * p->radius / v.body.inertia + moved;
     double pole = force_element_steepest(table, p, &v.input, &v.output) * inverse_mass;
     return fmin(longest, (remembering ? 1.0 : 2.0) / pole);
 }
 
+void model_begin(const model *m, const creep_table *table, model_values *values, size_t n) {
+    if (m->begin) m->begin(table, values, n);
+}
+
 void model_evaluate(const model *m, const creep_table *table, model_values *values, size_t n) {
     m->evaluate(table, values, n);
+    if (m->search) m->search(table, values, n);
 }
 
 /* ---- derivatives --------------------------------------------------------------------------- */
@@ -388,11 +515,14 @@ int model_is_diagnostic(const model_variable *v) {
            v->offset >= AT(output.normalized_creepage) && v->offset < AT(forces);
 }
 
+int model_is_searched(const model_variable *v) { return v->offset == AT(of_axle.available_force); }
+
 /* Numbers of the values; from the first of these on `evaluate` sets them. */
 enum { FIRST_MADE = AT(output) / sizeof(double), NUMBERS = sizeof(model_values) / sizeof(double) };
 
 /* Whether a model's own tangent contains the derivatives by this variable. */
-static int is_exact(const model_variable *v) {
+static int is_exact(const model *m, const model_variable *v) {
+    if (m->tangent == NULL) return 0;
     return (v->offset >= AT(input) && v->offset < AT(output.wheel_torque)) ||
            (v->offset >= AT(ellipse.creepage_x) && v->offset < AT(ellipse.speed));
 }
@@ -415,7 +545,8 @@ static double magnitude(const model *m, const model_values *values, const model_
         if (of == AT(input.lateral_velocity)) return slip;
         if (of == AT(input.spin_velocity)) return slip / p->semi_width;
         if (of == AT(input.memory.held_force) || of == AT(input.memory.outer_force) ||
-            of == AT(input.lateral.held_lateral) || of == AT(input.lateral.outer_lateral))
+            of == AT(input.lateral.held_lateral) || of == AT(input.lateral.outer_lateral) ||
+            of == AT(axle.right.held_force) || of == AT(axle.right.outer_force))
             return size + 0.01 * p->kinetic_friction * p->nominal_load;
         if (of == AT(input.normal_load) && size == 0.0) return 1e-100 * p->nominal_load;
     }
@@ -428,41 +559,55 @@ static double magnitude(const model *m, const model_values *values, const model_
     return size > 0.0 ? size : 1.0;
 }
 
-/* Add the changes when one variable changes, by central differences up to the variable's limits. */
+/* Add the changes when a variable of one of n wheels changes, or one that they have in common, by
+ * central differences up to the variable's limits. */
 static void difference(const model *m, const creep_table *table, const model_values *values,
-                       const model_variable *v, double seed, model_values *change) {
+                       size_t n, size_t wheel, const model_variable *v, double seed, int searching,
+                       model_values *change) {
     static const double STEP = 6e-6; /* cube root of the rounding */
-    double value = model_get(v, values), at[2];
-    double move = fmax(STEP * magnitude(m, values, v), 1e-10 * fabs(value)); /* not lost in it */
-    model_values moved[2] = {*values, *values};
+    const model_values *own = &values[wheel];
+    double value = model_get(v, own), at[2];
+    double move = fmax(STEP * magnitude(m, own, v), 1e-10 * fabs(value)); /* not lost in it */
+    model_values moved[2][MAX_AXLES];
     for (int i = 0; i < 2; i++) {
+        memcpy(moved[i], values, n * sizeof *values);
+        model_values *there = &moved[i][wheel];
         at[i] = fmin(v->maximum, fmax(v->minimum, value + (i == 0 ? move : -move)));
-        model_set(v, &moved[i], at[i]);
-        if (moved[i].contact.static_friction < moved[i].contact.kinetic_friction ||
-            moved[i].bodies.static_friction < moved[i].bodies.kinetic_friction)
-            model_set(v, &moved[i], at[i] = value);
-        m->evaluate(table, &moved[i], 1);
+        model_set(v, there, at[i]);
+        if (there->contact.static_friction < there->contact.kinetic_friction ||
+            there->bodies.static_friction < there->bodies.kinetic_friction)
+            model_set(v, there, at[i] = value);
+        for (size_t w = 0; v->part == ONCE && w < n; w++) model_set(v, &moved[i][w], at[i]);
+        m->evaluate(table, moved[i], n);
+        if (searching && m->search) m->search(table, moved[i], n);
     }
-    const double *after = (const double *)&moved[0], *before = (const double *)&moved[1];
-    double *sum = (double *)change, per = at[0] > at[1] ? seed / (at[0] - at[1]) : 0.0;
-    for (size_t i = FIRST_MADE; i < NUMBERS; i++) sum[i] += per * (after[i] - before[i]);
+    double per = at[0] > at[1] ? seed / (at[0] - at[1]) : 0.0;
+    for (size_t w = 0; w < n; w++) {
+        const double *after = (const double *)&moved[0][w], *before = (const double *)&moved[1][w];
+        double *sum = (double *)&change[w];
+        for (size_t i = FIRST_MADE; i < NUMBERS; i++) sum[i] += per * (after[i] - before[i]);
+    }
 }
 
 void model_tangent(const model *m, const creep_table *table, const model_values *values,
-                   const model_values *direction, int diagnostics, model_values *change) {
-    model_values by_rest;
-    memset(change, 0, sizeof *change);
-    memset(&by_rest, 0, sizeof by_rest);
-    for (size_t i = 0; i < m->count; i++) {
-        const model_variable *v = &m->variables[i];
-        double seed = model_get(v, direction);
+                   const model_values *direction, size_t n, int diagnostics, model_values *change) {
+    model_values by_rest[MAX_AXLES];
+    memset(change, 0, n * sizeof *change);
+    memset(by_rest, 0, n * sizeof *by_rest);
+    for (size_t i = 0; i < m->count * n; i++) {
+        const model_variable *v = &m->variables[i / n];
+        size_t wheel = i % n;
+        double seed = model_get(v, &direction[wheel]);
         if (seed == 0.0 || !model_is_given(v) || v->unit == TRUTH) continue;
-        if (!is_exact(v)) difference(m, table, values, v, seed, &by_rest);
-        else if (diagnostics) difference(m, table, values, v, seed, change);
+        if (v->part == ONCE && wheel > 0) continue;
+        int exact = is_exact(m, v);
+        if (exact && !diagnostics) continue;
+        difference(m, table, values, n, wheel, v, seed, diagnostics, exact ? change : by_rest);
     }
-    m->tangent(table, values, direction, change);
-    for (size_t i = FIRST_MADE; i < NUMBERS; i++)
-        ((double *)change)[i] += ((const double *)&by_rest)[i];
+    if (m->tangent) m->tangent(table, values, direction, change);
+    double *sum = (double *)change;
+    for (size_t i = 0; i < n * NUMBERS; i++)
+        if (i % NUMBERS >= FIRST_MADE) sum[i] += ((const double *)by_rest)[i];
 }
 
 const char *model_advance(const model *m, const creep_table *table, model_values *values, size_t n,

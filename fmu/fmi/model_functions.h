@@ -16,6 +16,13 @@ MODEL_FUNCTIONS(force)
 MODEL_FUNCTIONS(wheelset)
 MODEL_FUNCTIONS(body)
 MODEL_FUNCTIONS(creep_forces)
+MODEL_FUNCTIONS(vehicle)
+void begin_vehicle(const creep_table *table, model_values *values, size_t n);
+void complete_vehicle(const creep_table *table, model_values *values, size_t n);
+void search_vehicle(const creep_table *table, model_values *values, size_t n);
+
+/* One over the mass that each axle moves [1/kg]. */
+double inverse_mass_of_axle(const model_values *values);
 
 /* Evaluate the contacts of n wheels. */
 void evaluate_contacts(const creep_table *table, model_values *values, size_t n);

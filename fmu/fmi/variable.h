@@ -18,12 +18,15 @@ typedef enum {
 
 typedef enum {
     ALWAYS,
+    ONCE, /* always, and the same for all wheels: time, and what belongs to a whole vehicle */
     IF_REMEMBERING,
     IF_SPINNING,
     IF_THERMAL,
     IF_LAYERED,
     IF_FALLING,
-    IF_SLIP_COUNTS
+    IF_SLIP_COUNTS,
+    IF_LAGGING,
+    IF_BRAKED
 } variable_part;
 
 /* The unit of a truth value, which is held as 0 or 1: "Boolean". */

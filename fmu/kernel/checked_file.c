@@ -43,13 +43,13 @@ const char *checked_file_error(const void *bytes, size_t size, const char magic[
 }
 
 const char *checked_numbers(const void *bytes, size_t size, const char magic[8], uint32_t version,
-                            const double **number, size_t *count) {
+                            double largest, const double **number, size_t *count) {
     const char *error = checked_file_error(bytes, size, magic, version);
     if (error != NULL) return error;
     *number = (const double *)(const void *)((const char *)bytes + CHECKED_FILE_FRAME);
     *count = (size - CHECKED_FILE_FRAME) / sizeof **number;
     if (size % sizeof **number != 0) return "the file ends within a number";
     for (size_t i = 0; i < *count; i++)
-        if (!(fabs((*number)[i]) <= 1e6)) return "a number is not finite or beyond 1e6";
+        if (!(fabs((*number)[i]) <= largest)) return "a number is not finite or too large";
     return NULL;
 }

@@ -21,8 +21,8 @@ void checked_file_frame(void *bytes, size_t size, const char magic[8], uint32_t 
 const char *checked_file_error(const void *bytes, size_t size, const char magic[8],
                                uint32_t version);
 
-/* The doubles of such a file, aligned to 8 bytes, and how many there are; all are within 1e6. */
+/* The doubles of such a file, aligned to 8 bytes, and how many there are; none is larger. */
 const char *checked_numbers(const void *bytes, size_t size, const char magic[8], uint32_t version,
-                            const double **number, size_t *count);
+                            double largest, const double **number, size_t *count);
 
 #endif

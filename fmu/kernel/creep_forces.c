@@ -39,7 +39,8 @@ const char *creep_forces_open(creep_forces *bodies, const creep_table *table, co
                               size_t size) {
     const double *number;
     size_t count;
-    const char *error = checked_numbers(bytes, size, "CREEPAIR", BODIES_VERSION, &number, &count);
+    const char *error =
+        checked_numbers(bytes, size, "CREEPAIR", BODIES_VERSION, 1e6, &number, &count);
     if (error != NULL) return error;
     if (count != BODIES_NUMBERS) return "the number of values is not that of a pair of bodies";
     if (!(number[0] >= 0.0 && number[0] <= 0.5)) return "Poisson's ratio is out of range";

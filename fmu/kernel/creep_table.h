@@ -54,6 +54,7 @@ typedef struct {
     /* Of one ellipse, see lateral_spin_law.h; or NULL. */
     const struct lateral_spin_contact *lateral_spin;
     const struct creep_forces *bodies; /* of any ellipse, see creep_forces.h; or NULL */
+    const struct vehicle_rails *rails; /* of the model "vehicle", see rails.h; or NULL */
     /* Where q rises most steeply, and its slope there. For two axes the place is zero, and the
      * slope is not set: it depends on k_hat and the layer. */
     double steepest_creepage, steepest_slope;

@@ -49,7 +49,7 @@ typedef struct {
 typedef struct {
     double commanded_torque; /* of the motor; beside a brake only above 0 [N.m] */
     double commanded_brake;  /* at least 0 [N.m] */
-    double resistance_force; /* [N] */
+    double resistance_force; /* of a vehicle's axle, its part of what pulls the couplers [N] */
     double acceleration;     /* prescribed, if the speed is held (inverse_mass is 0) [m/s2] */
     double load_left;        /* of the wheel [N] */
     double load_right;       /* [N] */

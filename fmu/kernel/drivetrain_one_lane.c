@@ -30,6 +30,8 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
             double force = out.creep_force_left + out.creep_force_right;
             double omega = 0.5 * (now->omega_left + now->omega_right);
             forces.creep_force[i] = force;
+            forces.radius[i] = body.radius;
+            forces.towed_force += in->resistance_force;
             double torque = out.drive_torque;
             if (members[k + i].drivetrain->shaft_stiffness > 0.0)
                 torque += out.shaft_torque - now->drive_torque;
@@ -42,18 +44,18 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
                                 .interval = interval_at(v, now->distance)};
             double slip[2] = {body.radius * now->omega_left - now->speed,
                               body.radius * now->omega_right - now->speed};
-            fresh.own_left =
-                larger(out.creep_force_left * slip[0], 0.0) * per_way / in->friction_left;
-            fresh.own_right =
-                larger(out.creep_force_right * slip[1], 0.0) * per_way / in->friction_right;
+            fresh.own_left = larger(out.creep_force_left * slip[0], 0.0) * per_way /
+                             larger(in->friction_left, MIN_FRICTION_SCALE);
+            fresh.own_right = larger(out.creep_force_right * slip[1], 0.0) * per_way /
+                              larger(in->friction_right, MIN_FRICTION_SCALE);
             v->axle[i] = fresh;
         }
-        if (v->body) loads_by_statics(v->body, members[k].drivetrain->body.radius, &forces, load);
+        if (v->body) loads_by_statics(v->body, &forces, load);
         for (size_t i = 0; v->body && i < axles; i++) v->axle[i].load = v->axle[i].target = load[i];
     }
 }
 
-void vehicle_loads(const vehicle_parameters *body, double radius, const vehicle_forces *forces,
+void vehicle_loads(const vehicle_parameters *body, const vehicle_forces *forces,
                    double load[MAX_AXLES]) {
-    loads_by_statics(body, radius, forces, load);
+    loads_by_statics(body, forces, load);
 }

@@ -55,7 +55,7 @@ const char *lateral_spin_contact_open(lateral_spin_contact *contact, const void 
     const double *number;
     size_t count;
     const char *error =
-        checked_numbers(bytes, size, "PLANECON", LATERAL_SPIN_VERSION, &number, &count);
+        checked_numbers(bytes, size, "PLANECON", LATERAL_SPIN_VERSION, 1e6, &number, &count);
     if (error != NULL) return error;
     if (count != LATERAL_SPIN_NUMBERS && count != LATERAL_SPIN_NUMBERS + LATERAL_SPIN_COEFFICIENTS)
         return "the number of values is not that of a contact";

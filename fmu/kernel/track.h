@@ -18,6 +18,7 @@ typedef struct {
     profile over_time;   /* for both wheels [s] */
     profile slope;       /* for both wheels, over distance [m] */
     profile grade;       /* rise over distance, over distance [m] */
+    double scale;        /* on friction under both wheels everywhere [1] */
 } track;
 
 #endif

@@ -30,7 +30,7 @@ static inline double profile_value(const profile *p, double place) {
 /* Factors on friction under the left and the right wheel, and on the slope; and the grade. */
 static inline void track_factors(const track *rails, double distance, double time,
                                  double factor[4]) {
-    double over_time = profile_value(&rails->over_time, time);
+    double over_time = rails->scale * profile_value(&rails->over_time, time);
     factor[0] = over_time * profile_value(&rails->left, distance);
     factor[1] = over_time * profile_value(&rails->right, distance);
     factor[2] = profile_value(&rails->slope, distance);

@@ -36,12 +36,12 @@ typedef struct {
     double omega_rate[MAX_AXLES];  /* [rad/s2] */
     double acceleration;           /* of the vehicle, plus g times the grade [m/s2] */
     double towed_force;            /* with which others pull its couplers backward [N] */
+    double radius[MAX_AXLES];      /* height of each wheelset's centre [m] */
 } vehicle_forces;
 
-/* Loads by statics, of both wheels of each axle, at least 0 [N]; the radius [m] is the height of
- * the wheelsets' centres. */
-CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, double radius,
-                                  const vehicle_forces *forces, double load[MAX_AXLES]);
+/* Loads by statics, of both wheels of each axle, at least 0 [N]. */
+CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, const vehicle_forces *forces,
+                                  double load[MAX_AXLES]);
 
 /* What an axle has of the past. Integrals over the interval between two nodes of the rails count
  * from the axle's arrival there. */

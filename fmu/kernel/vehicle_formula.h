@@ -10,8 +10,8 @@
 /* Moment balances of bogies and body, whose inertia and resistance act at their centres of mass.
  * Moments that lift the front are positive; those of the body are about the pivots' height, those
  * of a bogie about the rail. */
-static inline void loads_by_statics(const vehicle_parameters *p, double radius,
-                                    const vehicle_forces *forces, double load[MAX_AXLES]) {
+static inline void loads_by_statics(const vehicle_parameters *p, const vehicle_forces *forces,
+                                    double load[MAX_AXLES]) {
     const int n = (int)p->axles, given = (int)p->axles_per_bogie;
     const int each = given < n ? given : n, bogies = n / each; /* one axle is a bogie */
     const double *at = p->position, a = forces->acceleration;
@@ -19,16 +19,17 @@ static inline void loads_by_statics(const vehicle_parameters *p, double radius,
     double own = p->body_mass + bogies * p->bogie_mass + n * p->wheelset_mass;
     double wheelsets = each * p->wheelset_mass, all = 0.0, pulling = -p->body_mass * a;
     for (int b = 0; b < bogies; b++) {
-        double force = 0.0, turning = 0.0;
+        double force = 0.0, turning = 0.0, heights = 0.0;
         middle[b] = 0.0;
         for (int i = b * each; i < (b + 1) * each; i++) {
             force += forces->creep_force[i];
             turning += forces->omega_rate[i];
+            heights += forces->radius[i];
             middle[b] -= at[i] / each;
         }
         double pull = force - (p->bogie_mass + wheelsets) * a; /* on the body */
         moment[b] = pull * p->pivot_height + p->bogie_mass * a * p->bogie_height +
-                    wheelsets * a * radius + p->pitch_inertia * turning;
+                    p->wheelset_mass * a * heights + p->pitch_inertia * turning;
         all += force;
         pulling += pull;
         centre += middle[b] / bogies;
@@ -84,7 +85,8 @@ static inline void work_left_at(const vehicle *v, double distance, double work[2
 static inline void add_work(const vehicle *v, double node, const double work[2]) {
     rail_range *range = v->range;
     double ring = (double)v->nodes;
-    if (range->last < range->first) range->first = node, range->last = node - 1.0;
+    int beside = node > range->first - ring && node < range->last + ring;
+    if (range->last < range->first || !beside) range->first = node, range->last = node - 1.0;
     while (range->last < node) {
         double *fresh = work_at(v, ++range->last);
         fresh[0] = fresh[1] = 0.0;
@@ -105,7 +107,10 @@ static inline void add_work(const vehicle *v, double node, const double work[2])
 static inline void slide(const vehicle *v, axle_state *axle, double from, double to,
                          const double slip_work[2]) {
     const double target = interval_at(v, to), direction = target < axle->interval ? -1.0 : 1.0;
-    if (!(fabs(target - axle->interval) < (double)v->nodes)) return; /* no step is so long */
+    if (!(fabs(target - axle->interval) < (double)v->nodes)) { /* it has left all nodes behind */
+        axle->work_left = axle->work_right = axle->came = 0.0;
+        axle->interval = target;
+    }
     double rest[2] = {slip_work[0], slip_work[1]}, place = from;
     while (axle->interval != target) {
         double edge = (axle->interval + 0.5 * direction) * v->node_distance;

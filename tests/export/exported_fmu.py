@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fmu_instance import Subject
+from fmu_instance import EXPORTS, Subject
 from native_models import with_memory
 
 import contactlib as cl
@@ -20,14 +20,15 @@ def fitting(model: cl.Model, name: str) -> cl.Model:
 
 
 def exported(
-    model: cl.Model, folder: Path, name: str = "force_element", version: int = 2, **options: Any
+    model: Any, folder: Path, name: str = "force_element", version: int = 2, **options: Any
 ) -> Path:
     """New folder with what a tool reads of an FMU of `EXPORTS`, without its documentation.
 
-    Options add to those of the kind.
+    Options add to those of the kind. Of a scenario the name is "vehicle".
     """
     place = Path(tempfile.mkdtemp(dir=folder))
-    arguments = {**Subject(name, version).arguments, **options}
+    kind = Subject(name, version).arguments if name in EXPORTS else {"fmi_version": version}
+    arguments = {**kind, **options}
 
     def unpacked(files: dict[str, bytes]) -> bytes:
         for file, data in files.items():

@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from native_models import with_memory
+from plain_scenario import braked_vehicle
 
 import contactlib as cl
 from contactlib.base.text import version
@@ -23,15 +24,23 @@ from contactlib.export import fmu_page as documentation
 from contactlib.export.curve_svg import sample_curve
 from contactlib.export.description import MODEL_NAMES, Description
 from contactlib.export.fmu_page import TITLES, index_page, readable_table
-from contactlib.export.package import fmu
+from contactlib.export.package import describe, fmu
 from contactlib.files.model import Missing
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 KINDS = tuple(TITLES)
 
 
+def described(model: cl.Model, kind: str) -> Description:
+    """Description of a kind of FMU; a vehicle has two axles like the model."""
+    if kind != "vehicle":
+        return Description(model, kind)
+    scenario = replace(braked_vehicle(model.wheelset, 2), name=model.name, source=model.source)
+    return describe(scenario, kind, False, False)
+
+
 def page_of(model: cl.Model, kind: str = "force_element", memory: bool = False) -> bytes:
-    return index_page(Description(with_memory(model) if memory else model, kind))
+    return index_page(described(with_memory(model) if memory else model, kind))
 
 
 def with_element(model: cl.Model, element: cl.ForceElement) -> cl.Model:
@@ -125,7 +134,7 @@ def test_every_variable_is_listed_with_its_unit_limits_and_start(rig: cl.Model) 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_names_in_the_text_are_names_in_the_fmu(locomotive: cl.Model, kind: str) -> None:
-    description = Description(with_memory(locomotive), kind)
+    description = replace(described(with_memory(locomotive), kind), arrays=True)
     named = set(re.findall(r"<code>([a-z]+_[a-z_]+)</code>", index_page(description).decode()))
     assert named
     assert named - {*KINDS} <= set(description.by_name)
@@ -138,7 +147,7 @@ def test_page_of_a_contact_with_a_layer_is_about_its_own_law(
     element = replace(locomotive.wheelset.element, layer_compliance=3e-13)
     layered, table = with_element(locomotive, element), element.table
     for model, has_layer in ((layered, True), (locomotive, False)):
-        description = Description(model, kind)
+        description = described(model, kind)
         page = index_page(description).decode()
         rows = {
             text_of(row[0]): text_of(row[1])
