@@ -230,22 +230,27 @@ def variable_row(v: Any) -> tuple[str, ...]:
         at_least=-float("inf") if low is None else low,
         at_most=float("inf") if high is None else high,
     )
-    start = "" if v.start is None else v.start if v.type == "Boolean" else f"{float(v.start):.4g}"
+    start = "" if v.start is None else str(v.start).split()[0]
+    start = start if v.type == "Boolean" or not start else f"{float(start):.4g}"
     unit = v.unit or (v.type if v.type != "Real" else "1")
     return f"`{v.name}`", unit, limits_in_words(limits), start, v.description or ""
 
 
-def described(model: cl.Model, kind: str = "force_element") -> list[Any]:
-    """Variables of an FMU of a kind."""
+def described(model: cl.Model | cl.Scenario, kind: str = "force_element") -> list[Any]:
+    """Variables of an FMU of a kind; those of a vehicle's axles as arrays."""
+    version = 3 if kind == "vehicle" else 2
     with TemporaryDirectory() as folder:
-        path = cl.export_fmu(model, Path(folder) / "it.fmu", kind=kind)
+        path = cl.export_fmu(model, Path(folder) / "it.fmu", kind=kind, fmi_version=version)
         found: list[Any] = read_model_description(str(path)).modelVariables
         return found
 
 
 def variables(kind: str) -> str:
     """Variables of an FMU of a kind."""
-    found, parts = described(cl.load_model("locomotive.toml"), kind), []
+    model: cl.Model | cl.Scenario = cl.load_model("locomotive.toml")
+    if kind == "vehicle":
+        model = cl.load_scenario("coach_braking.toml")
+    found, parts = described(model, kind), []
     for title, chosen in CAUSALITIES.items():
         rows = [variable_row(v) for v in found if chosen(v)]
         if rows:
