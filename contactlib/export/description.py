@@ -470,6 +470,7 @@ class Description:
         """Unknowns for these variables; `initial` is whether parameters can still change."""
         parameters = ("fixed_parameter", "tunable_parameter") if initial else ()
         known = self.of_role(*parameters, "input", "state")
+        known = [v for v in known if not (initial and v.initial == "approx")]
         return [Unknown(variable=v, dependencies=self._dependencies(v, known)) for v in variables]
 
     def _dependencies(self, variable: Variable, known: list[Variable]) -> list[str]:
@@ -477,7 +478,7 @@ class Description:
         everywhere = variable.stem.startswith(SUMS)
         known = [v for v in known if everywhere or v.wheel in (None, variable.wheel)]
         needed = {v.stem for v in known}
-        if variable.role == "state":
+        if variable.role == "state" and variable in known:
             needed = {variable.stem}
         elif variable.role == "output":
             on = (*held_forces(), "normal_load", "friction_scale")

@@ -7,16 +7,27 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fmu_instance import EXPORTS, Subject
+from fmu_instance import Subject
 from native_models import with_memory
+from plain_scenario import braked_vehicle
 
 import contactlib as cl
 from contactlib.export import fmu_page, package
+from contactlib.export.description import Description
 
 
-def fitting(model: cl.Model, name: str) -> cl.Model:
-    """The model for a kind of FMU of `EXPORTS`."""
+def fitting(model: Any, name: str) -> Any:
+    """The model for a kind of FMU of `EXPORTS`; for a vehicle a scenario of one axle like it."""
+    if name == "vehicle" and isinstance(model, cl.Model):
+        return braked_vehicle(with_memory(model).wheelset, 1)
     return with_memory(model) if name.endswith("memory") else model
+
+
+def described(model: cl.Model | cl.Scenario, **options: Any) -> Description:
+    """Description of an FMU of a model that fits."""
+    if isinstance(model, cl.Scenario):
+        return package.describe(model, None, False, False)
+    return Description(model, **options)
 
 
 def exported(
@@ -27,8 +38,7 @@ def exported(
     Options add to those of the kind. Of a scenario the name is "vehicle".
     """
     place = Path(tempfile.mkdtemp(dir=folder))
-    kind = Subject(name, version).arguments if name in EXPORTS else {"fmi_version": version}
-    arguments = {**kind, **options}
+    arguments = {**Subject(name, version).arguments, **options}
 
     def unpacked(files: dict[str, bytes]) -> bytes:
         for file, data in files.items():

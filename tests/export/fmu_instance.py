@@ -23,6 +23,7 @@ EXPORTS: dict[str, dict[str, Any]] = {
     "wheelset-memory": {"kind": "wheelset"},
     "wheelset_body": {"kind": "wheelset_body"},
     "creep_forces": {"kind": "creep_forces"},
+    "vehicle": {"kind": "vehicle"},
 }
 
 

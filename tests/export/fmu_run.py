@@ -19,6 +19,7 @@ OUTPUTS = {
     "CreepForceElement": ("creep_force", "creepage", "normalized_creepage", "force_gradient"),
     "Wheelset": ("omega", "speed", "creep_force", "falling_branch"),
     "WheelsetBody": ("omega", "speed"),
+    "Vehicle": ("omega", "speed", "creep_force", "axle_load", "friction"),
     "CreepForces": ("force_x", "force_y", "spin_moment", "utilisation"),
 }
 
@@ -33,6 +34,7 @@ def inputs(fmu: Instance, number: int, phase: float = 0.0) -> dict[str, float]:
         "creepage_x": -0.07 * wave,
         "spin": wave,
         "drive_torque": 3e4 * wave,
+        "motor_torque": 3e4 * wave,
         "creep_force": 5e4 * math.sin(0.02 * number),
     }
     given = {v.name for v in fmu.description.modelVariables if v.causality == "input"}

@@ -23,6 +23,7 @@ import contactlib as cl
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
+from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from native_programs import SANITIZED, Build, compiler
 from seeds import write_seeds
@@ -59,7 +60,7 @@ def export_resources(folder: Path) -> Path:
     """Resources of an FMU of every kind, in folders of their names; one folder more to write in."""
     model = cl.load_model("models/locomotive.toml")
     for name, options in EXPORTS.items():
-        fmu = cl.export_fmu(model, folder / "x.fmu", fmi_version=3, **options)
+        fmu = cl.export_fmu(fitting(model, name), folder / "x.fmu", fmi_version=3, **options)
         (folder / name).mkdir()
         with zipfile.ZipFile(fmu) as archive:
             for file in archive.namelist():
@@ -72,6 +73,7 @@ def export_resources(folder: Path) -> Path:
     for name, file in (
         ("force_element", "lateral_spin_contact.bin"),
         ("creep_forces", "creep_forces.bin"),
+        ("vehicle", "rails.bin"),
     ):
         (folder / "scratch" / file).write_bytes((folder / name / file).read_bytes())
     return folder

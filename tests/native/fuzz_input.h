@@ -81,12 +81,11 @@ static inline void *room(size_t count, size_t size) {
 
 /* FMUs to fuzz: their resources lie in folders of these names, in the folder that the environment
  * variable FUZZ_RESOURCES names. */
-enum { FMUS = 7, PATH_LENGTH = 512 };
+enum { FMUS = 8, PATH_LENGTH = 512 };
 
 static const char *const FMU_NAMES[FMUS] = {
-    "force_element", "force_element-memory", "force_element-implicit",
-    "wheelset",      "wheelset-memory",      "wheelset_body",
-    "creep_forces"};
+    "force_element",   "force_element-memory", "force_element-implicit", "wheelset",
+    "wheelset-memory", "wheelset_body",        "creep_forces",           "vehicle"};
 
 static inline const char *resources_folder(void) {
     const char *folder = getenv("FUZZ_RESOURCES");

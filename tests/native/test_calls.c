@@ -756,7 +756,7 @@ static void test_swing(void) {
 static force_element_output change_of(const creep_table *table, const model_values *values,
                                       const model_values *direction) {
     model_values change;
-    model_tangent(model_of("force_element"), table, values, direction, 1, &change);
+    model_tangent(model_of("force_element"), table, values, direction, 1, 1, &change);
     return change.output;
 }
 

@@ -670,7 +670,8 @@ static void test_widths(const creep_table *table, const force_element_parameters
                          .right = {.count = 4, .at = at + 1, .value = value + 1},
                          .over_time = {.count = 1, .at = at, .value = value},
                          .slope = {.count = 3, .at = at, .value = value + 2},
-                         .grade = {.count = 2, .at = at + 2, .value = value + 3}};
+                         .grade = {.count = 2, .at = at + 2, .value = value + 3},
+                         .scale = 1.0};
     some_drivetrain d[MANY];
     drivetrain_member members[MANY];
     drivetrain_state state[2][MANY];
