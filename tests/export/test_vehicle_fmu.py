@@ -331,7 +331,8 @@ def test_a_master_in_c_stops_the_coach_where_the_run_does(tmp_path: Path) -> Non
             return np.where(slips, 0.0, measured.demand), memory
 
     scenario = replace(cl.load_scenario("coach_braking.toml"), sensors=Sensors(), duration=50.0)
-    run: Any = cl.run_scenario(scenario, Protection(), tolerance=1e-7)
+    protection: Any = Protection()
+    run: Any = cl.run_scenario(scenario, protection, tolerance=1e-7)
     folder = exported(scenario, tmp_path, "vehicle", 2)
     source = Path(__file__).parents[2] / "examples" / "vehicle_fmu.c"
     command = [sys.executable, "-m", "ziglang", "cc", "-Wall", "-Wextra", "-Werror", str(source)]

@@ -325,11 +325,13 @@ static void test_friction(void) {
 }
 
 static void test_failing_step(void) {
-    if (!has("drive_torque")) return;
-    unsigned references[2] = {reference_of("inertia"), reference_of("drive_torque")};
-    double values[2] = {1e-9, 1e12}, reached = 1.0;
+    const char *drive = kind->is_vehicle ? "motor_torque" : "drive_torque";
+    if (!has(drive)) return;
+    unsigned references[3] = {reference_of("inertia"), reference_of("damping"),
+                              reference_of(drive)};
+    double values[3] = {1e-9, 0.0, 1e12}, reached = 1.0;
     void *c = instance(0);
-    FINE(v->set(c, references, 2, values));
+    FINE(v->set(c, references, 3, values));
     FINE(start(v, c, 1e-10));
     DISCARDED(v->step(c, 0.0, 1e300));
     DISCARDED(v->step(c, 0.0, 1e-6)); /* to a speed out of range */
@@ -582,6 +584,7 @@ static void test_model_by_pointer(void) {
     model_values direct = *core->now->values, called = direct;
     size_t failed;
     kind->evaluate(&core->table, &direct, 1);
+    if (kind->search != NULL) kind->search(&core->table, &direct, 1);
     model_evaluate(kind, &core->table, &called, 1);
     CHECK(memcmp(&direct, &called, sizeof direct) == 0);
     CHECK(kind->advance(&core->table, &direct, 1, 1e-3, 1e-6, &failed) == NULL);
