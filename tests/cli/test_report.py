@@ -139,7 +139,7 @@ def test_a_vehicle_is_reported_as_a_whole_and_by_axle(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["fmu", "kernel", "table", "explore --no-open", "figures --stability"]
+    "command", ["kernel", "table", "explore --no-open", "figures --stability"]
 )
 def test_what_takes_a_model_names_that_of_a_vehicle(command: str) -> None:
     error = refused(*command.split(), "four_axles.toml")
