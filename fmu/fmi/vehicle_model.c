@@ -53,7 +53,10 @@ static void gather(const creep_table *table, const model_values *values, size_t 
         d->train[i].body.inverse_mass = inverse_mass;
         d->train[i].body = on_grade(&d->train[i].body, whole->grade);
         drivetrain_member *m = &d->member[i];
-        *m = (drivetrain_member){table, &v->contact, &d->train[i], &d->rails[i], {0}};
+        *m = (drivetrain_member){.table = table,
+                                 .contact = &v->contact,
+                                 .drivetrain = &d->train[i],
+                                 .rails = &d->rails[i]};
         if (i > 0 && memcmp(&v->contact, m[-1].contact, sizeof v->contact) == 0)
             m->scales = m[-1].scales;
         else force_element_scales(table, &v->contact, v->contact.nominal_load, 1.0, &m->scales);
