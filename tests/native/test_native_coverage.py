@@ -39,7 +39,8 @@ def run_all(
     for name, options in EXPORTS.items():
         fmu = Fmu(fitting(model, name), folder / name, fmi_version=2, **options)
         clean([calls, fmu.location, fmu.token, options["kind"], fmu.resources.parent])
-        clean([tests, "60", fmu.location, fmu.token, options["kind"]])
+        lives = "6" if name == "vehicle" else "60"  # its steps take longer
+        clean([tests, lives, fmu.location, fmu.token, options["kind"]])
         if name == "wheelset":
             clean([build.program("test_threads"), "2", "1", fmu.location, fmu.token])
     for name in WITH_WHEELS:
