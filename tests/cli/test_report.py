@@ -138,9 +138,7 @@ def test_a_vehicle_is_reported_as_a_whole_and_by_axle(tmp_path: Path) -> None:
     assert "Axles under SlipPI:" in shown
 
 
-@pytest.mark.parametrize(
-    "command", ["kernel", "table", "explore --no-open", "figures --stability"]
-)
+@pytest.mark.parametrize("command", ["kernel", "table", "explore --no-open", "figures --stability"])
 def test_what_takes_a_model_names_that_of_a_vehicle(command: str) -> None:
     error = refused(*command.split(), "four_axles.toml")
     assert "is a scenario, not a model: name its model, 'locomotive.toml'" in error
