@@ -70,7 +70,8 @@ static void run_many(findings *found) {
         x[i] = 0.1 * i;
         k[i] = 0.3;
     }
-    drivetrains_advance(members, TRAINS, 1, NULL, in, found->trains, 0.0, 0.02, 1e-4, tried, failed);
+    drivetrains_advance(members, TRAINS, 1, NULL, in, found->trains, 0.0, 0.02, 1e-4, tried,
+                        failed);
     for (int i = 0; i < TRAINS; i++) found->faults += failed[i];
     creep_table_evaluate_many(&table, TRAINS, x, k, 1, &layer, 0, found->ratio, found->slope);
 }
