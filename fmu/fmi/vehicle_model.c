@@ -209,9 +209,8 @@ void complete_vehicle(const creep_table *table, model_values *values, size_t n) 
                                fabs(to - from) * made->slip_right};
         if (d.whole.range) slide(&d.whole, &d.axle[i], from, to, slip_work);
         v->past = d.axle[i];
-        v->past.own_left = made->slip_left / larger(d.input[i].friction_left, MIN_FRICTION_SCALE);
-        v->past.own_right =
-            made->slip_right / larger(d.input[i].friction_right, MIN_FRICTION_SCALE);
+        v->past.own_left = made->slip_left;
+        v->past.own_right = made->slip_right;
         v->completed = v->whole.distance;
     }
 }

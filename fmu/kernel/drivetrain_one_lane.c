@@ -44,10 +44,8 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
                                 .interval = interval_at(v, now->distance)};
             double slip[2] = {body.radius * now->omega_left - now->speed,
                               body.radius * now->omega_right - now->speed};
-            fresh.own_left = larger(out.creep_force_left * slip[0], 0.0) * per_way /
-                             larger(in->friction_left, MIN_FRICTION_SCALE);
-            fresh.own_right = larger(out.creep_force_right * slip[1], 0.0) * per_way /
-                              larger(in->friction_right, MIN_FRICTION_SCALE);
+            fresh.own_left = larger(out.creep_force_left * slip[0], 0.0) * per_way;
+            fresh.own_right = larger(out.creep_force_right * slip[1], 0.0) * per_way;
             v->axle[i] = fresh;
         }
         if (v->body) loads_by_statics(v->body, &forces, load);

@@ -48,7 +48,7 @@ CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, const vehic
 typedef struct {
     double load;                          /* of both wheels [N] */
     double target, target_rate;           /* load by statics, mean of the last substep [N, N/s] */
-    double own_left, own_right;           /* slip work per length and factor on friction [J/m] */
+    double own_left, own_right;           /* slip work per length in it [J/m] */
     double own_rate_left, own_rate_right; /* its change with time [J/(m.s)] */
     double length;                        /* of the substep [s]; 0: rates are not known */
     double commanded_torque;              /* [N.m] */

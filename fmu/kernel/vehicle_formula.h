@@ -136,20 +136,10 @@ static inline void slide(const vehicle *v, axle_state *axle, double from, double
     axle->work_right += rest[1];
 }
 
-/* Friction of rails that slip work has cleaned, by others and by the wheel itself, whose own work
- * per length is in proportion to the friction that it finds: Newton's method from above, where the
- * equation is convex. */
-static inline double cleaned(const vehicle *v, double friction, double others, double own) {
-    const double missing = larger(v->recovered - friction, 0.0);
-    double found = friction + missing;
-    for (int i = 0; i < 50 && missing > 0.0; i++) {
-        double left = missing * decaying_exponential(v->cleaning * (others + own * found));
-        double above = found - (friction + missing - left);
-        double step = above / (1.0 - left * v->cleaning * own);
-        found -= step;
-        if (!(step > 1e-13 * found)) break;
-    }
-    return found;
+/* Friction where slip work per length has cleaned the rails. */
+static inline double cleaned(const vehicle *v, double friction, double work) {
+    double missing = larger(v->recovered - friction, 0.0);
+    return friction + (1.0 - decaying_exponential(v->cleaning * work)) * missing;
 }
 
 #endif

@@ -111,6 +111,19 @@ def test_axles_find_what_those_in_front_have_done(direction: float) -> None:
             assert np.quantile(error, 0.99) < 0.02  # nodes of the rails are 0.1 m apart
 
 
+@pytest.mark.parametrize("cleaning", [3e-5, 1e-4])
+def test_an_axle_may_spin_onto_slippery_rails(cleaning: float) -> None:
+    """What its own slip has just done there does not feed back on itself from substep to substep."""
+    scenario = cl.load_scenario("four_axles.toml")
+    slippery = cl.Profile((30.0, 30.0), (1.0, 0.2))
+    track = replace(scenario.track, friction_left=slippery, cleaning=cleaning)
+    demand = cl.Profile((0.0, 1.0), (0.0, 60e3))
+    scenario = replace(scenario, track=track, initial_speed=24.0, demand=demand, duration=1.6)
+    run = cl.run_scenario(scenario, "open_loop", tolerance=1e-6)
+    assert run["distance"][-1, 0] > 35.0
+    assert run["creepage"].max() > 1.0
+
+
 @pytest.mark.parametrize("cleaning", [1e-3, 0.0])
 def test_rows_do_not_matter(cleaning: float) -> None:
     """Loads and rails follow within a row, at the integrator's own substeps."""
