@@ -113,7 +113,7 @@ def test_axles_find_what_those_in_front_have_done(direction: float) -> None:
 
 @pytest.mark.parametrize("cleaning", [3e-5, 1e-4])
 def test_an_axle_may_spin_onto_slippery_rails(cleaning: float) -> None:
-    """What its own slip has just done there does not feed back on itself from substep to substep."""
+    """What its slip has just done there does not feed back on itself from substep to substep."""
     scenario = cl.load_scenario("four_axles.toml")
     slippery = cl.Profile((30.0, 30.0), (1.0, 0.2))
     track = replace(scenario.track, friction_left=slippery, cleaning=cleaning)
