@@ -45,21 +45,19 @@ def vehicle_loads(
 ) -> FloatArray:
     """Loads of axles by statics [N], shape (..., axles), as `vehicle_loads` of the kernel."""
     axles = creep_force.shape[-1]
-    record, load = vehicle_record(body), np.empty(creep_force.shape)
-    forces = np.zeros(load.size // axles, struct_dtype("vehicle_forces"))
+    forces = np.zeros(acceleration.size, struct_dtype("vehicle_forces"))
     forces["creep_force"][:, :axles] = creep_force.reshape(-1, axles)
     forces["omega_rate"][:, :axles] = omega_rate.reshape(-1, axles)
     forces["acceleration"] = acceleration.ravel()
     forces["radius"] = radius
-    found = np.empty((forces.size, struct_dtype("vehicle_forces")["creep_force"].shape[0]))
-    for i in range(forces.size):
-        library().vehicle_loads(
-            pointer(record, "vehicle_parameters"),
-            pointer(forces[i : i + 1], "vehicle_forces"),
-            pointer(found[i], "double"),
-        )
-    load[...] = found[:, :axles].reshape(load.shape)
-    return load
+    load = np.empty(forces["creep_force"].shape)
+    library().vehicle_loads(
+        pointer(vehicle_record(body), "vehicle_parameters"),
+        forces.size,
+        pointer(forces, "vehicle_forces"),
+        ffi.cast(f"double (*)[{load.shape[1]}]", ffi.from_buffer(load)),
+    )
+    return load[:, :axles].reshape(creep_force.shape)
 
 
 class NativeRails(NativeContact):

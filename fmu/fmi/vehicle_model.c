@@ -23,10 +23,7 @@ typedef struct {
 } drivetrains;
 
 double inverse_mass_of_axle(const model_values *values) {
-    const vehicle_parameters *p = &values->whole.body;
-    double bogies = p->axles > 1.0 ? p->axles / p->axles_per_bogie : 1.0;
-    double own = p->body_mass + bogies * p->bogie_mass + p->axles * p->wheelset_mass;
-    return p->axles / (own + p->train_mass);
+    return values->whole.body.axles / mass_of(&values->whole.body);
 }
 
 static void gather(const creep_table *table, const model_values *values, size_t n, drivetrains *d) {

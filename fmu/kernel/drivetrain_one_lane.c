@@ -53,7 +53,7 @@ void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles, v
     }
 }
 
-void vehicle_loads(const vehicle_parameters *body, const vehicle_forces *forces,
-                   double load[MAX_AXLES]) {
-    loads_by_statics(body, forces, load);
+void vehicle_loads(const vehicle_parameters *body, size_t n, const vehicle_forces *forces,
+                   double (*load)[MAX_AXLES]) {
+    for (size_t i = 0; i < n; i++) loads_by_statics(body, &forces[i], load[i]);
 }

@@ -27,7 +27,7 @@ typedef struct {
     double pivot_height;        /* at which the bogies pull the body [m] */
     double coupler_height;      /* [m] */
     double pitch_inertia;       /* angular momentum of wheelset and rotor over omega [kg.m2] */
-    double load_lag;            /* time constant of the loads [s]; above 0 */
+    double load_lag;            /* time constant of the loads [s]; 0: at once */
 } vehicle_parameters;
 
 /* What acts on a vehicle. */
@@ -39,9 +39,9 @@ typedef struct {
     double radius[MAX_AXLES];      /* height of each wheelset's centre [m] */
 } vehicle_forces;
 
-/* Loads by statics, of both wheels of each axle, at least 0 [N]. */
-CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, const vehicle_forces *forces,
-                                  double load[MAX_AXLES]);
+/* Loads by statics under n sets of forces, of both wheels of each axle, at least 0 [N]. */
+CONTACTLIB_API void vehicle_loads(const vehicle_parameters *vehicle, size_t n,
+                                  const vehicle_forces *forces, double (*load)[MAX_AXLES]);
 
 /* What an axle has of the past. Integrals over the interval between two nodes of the rails count
  * from the axle's arrival there. */
@@ -50,7 +50,7 @@ typedef struct {
     double target, target_rate;           /* load by statics, mean of the last substep [N, N/s] */
     double own_left, own_right;           /* slip work per length in it [J/m] */
     double own_rate_left, own_rate_right; /* its change with time [J/(m.s)] */
-    double length;                        /* of the substep [s]; 0: rates are not known */
+    double length;                        /* of the substep [s]; 0: none yet, and no rates */
     double commanded_torque;              /* [N.m] */
     double interval;                      /* number of the interval of the rails */
     double work_left, work_right;         /* slip work in it [J] */

@@ -7,16 +7,26 @@
 #include "simd_math.h"
 #include "vehicle.h"
 
+/* Number of axles in a bogie: one axle is a bogie by itself. */
+static inline int axles_of_bogie(const vehicle_parameters *p) {
+    return (int)smaller(p->axles_per_bogie, p->axles);
+}
+
+/* Mass of a vehicle and its train [kg]. */
+static inline double mass_of(const vehicle_parameters *p) {
+    double bogies = p->axles / axles_of_bogie(p);
+    double own = p->body_mass + bogies * p->bogie_mass + p->axles * p->wheelset_mass;
+    return own + p->train_mass;
+}
+
 /* Moment balances of bogies and body, whose inertia and resistance act at their centres of mass.
  * Moments that lift the front are positive; those of the body are about the pivots' height, those
  * of a bogie about the rail. */
 static inline void loads_by_statics(const vehicle_parameters *p, const vehicle_forces *forces,
                                     double load[MAX_AXLES]) {
-    const int n = (int)p->axles, given = (int)p->axles_per_bogie;
-    const int each = given < n ? given : n, bogies = n / each; /* one axle is a bogie */
+    const int n = (int)p->axles, each = axles_of_bogie(p), bogies = n / each;
     const double *at = p->position, a = forces->acceleration;
     double middle[MAX_AXLES], centre = 0.0, squares = 0.0, moment[MAX_AXLES];
-    double own = p->body_mass + bogies * p->bogie_mass + n * p->wheelset_mass;
     double wheelsets = each * p->wheelset_mass, all = 0.0, pulling = -p->body_mass * a;
     for (int b = 0; b < bogies; b++) {
         double force = 0.0, turning = 0.0, heights = 0.0;
@@ -35,7 +45,7 @@ static inline void loads_by_statics(const vehicle_parameters *p, const vehicle_f
         centre += middle[b] / bogies;
     }
     /* Resistance acts on vehicle and train in proportion to their masses. */
-    double mass = own + p->train_mass;
+    double mass = mass_of(p);
     double coupler = forces->towed_force + (all - forces->towed_force) * p->train_mass / mass;
     double resistance = pulling - coupler;
     double body = coupler * (p->coupler_height - p->pivot_height) +
