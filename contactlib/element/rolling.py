@@ -35,7 +35,8 @@ def roll(
     distance : array_like, shape (n,)
         Distance rolled [m], strictly increasing.
     speed : float, optional
-        Forward speed [m/s]. It matters only if friction falls with slip speed or temperature.
+        Forward speed [m/s]. It matters only if friction falls with slip speed or temperature, or
+        where the contact slips by metres per second and follows 0.1 us later.
         Default: 10.
 
     Returns

@@ -114,6 +114,11 @@ static const double OUTER_STIFFNESS = 0.3774, OUTER_STRENGTH = 0.1567, YIELDING 
  * contact that slides at its strength must not lie on the corner. */
 static const double RELEASE = 1e4, SLACK = 1.05;
 
+/* Rate at which the force follows at most [1/s]. A wheel that slips fast under hardly any load
+ * would be up to 1e4 times faster, and its rate so curved that a substep ends as far from the
+ * steady force as it began. */
+static const double QUICKEST = 1e7;
+
 /* Value of the parameter memory with which derivatives of the rates hold their paces constant. */
 static const double FROZEN_PACES = 2.0;
 
@@ -319,8 +324,9 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     double l_g = l_left * towards.left_by[2];
 
     double fast = pace / length, bend = -fast / length;
+    int capped = fast > QUICKEST;
     flow.per_length = 1.0 / length;
-    flow.fast = fast;
+    flow.fast = capped ? QUICKEST : fast;
     double *by = flow.fast_by;
     for (int i = 0; i < MEMORY_ARGUMENTS; i++)
         by[i] = bend * (by_strength * flow.strength_by[i] + l_g * g_by[i]);
@@ -330,6 +336,7 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_FORCE] += bend * (l_r / strength + l_left * towards.left_by[0]);
     by[BY_OUTER] += bend * l_left * towards.left_by[1];
     by[BY_PACE] = flow.per_length;
+    for (int i = 0; i < MEMORY_ARGUMENTS; i++) by[i] = capped ? 0.0 : by[i];
 
     double moved = 1.5 / kappa, across = moved - (moved - 1.0) * m;
     double per_across = 1.0 / (secant * across);
