@@ -13,7 +13,7 @@ AMBIENT = 20.0  # degC, in messages
 # Value of each further unit in the SI unit of a quantity.
 UNITS = {
     "1": {"%": 1e-2, "permille": 1e-3},
-    "m": {"km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "m": {"km": 1e3, "mi": 1609.344, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
     "1/s": {"1/min": 1.0 / 60.0},
     "kg": {"t": 1e3},
@@ -50,7 +50,8 @@ SPELLINGS = (
     (r"\bsec\b", "s"),
     (r"^tonnes?$", "t"),
     (r"^(?:percent|per\.cent)$", "%"),
-    (r"^(?:\u2030|per\.?mille?|promille)$", "permille"),
+    (r"^(?:\u2030|per\.?mill?e?|promille|mm/m)$", "permille"),
+    (r"^miles?$", "mi"),
     (r"^(?:\u00b0\.?|deg\.)?C(?:elsius)?$", "degC"),
     (r"^-?$", "1"),
 )

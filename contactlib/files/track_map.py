@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +27,14 @@ from contactlib.files.reading import file_beside, in_file, note_warning, text
 from contactlib.vehicle.track import FACTOR, GRADIENT, LISTS, RAILS, Track
 
 COLUMNS = ("distance", *LISTS, "condition")
+ALIASES = {"position": "distance", "gradient": "grade"}
+ONE_IN = re.compile(r"1\s*(?:in|:)\s*[a-z]?")  # unit of a grade by the length of a rise of 1
 COEFFICIENT = 0.5  # of dry rails, at most
 FASTEST = 50.0  # a speed limit above this without a unit is probably in km/h [m/s]
 MAX_MAP_BYTES = 10_000_000  # some 500 000 rows, which Python reads in a few seconds
 
 
-def read_track_map(path: Path) -> dict[str, Any]:
+def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
     """Read the breakpoints of a track.
 
     Parameters
@@ -39,6 +42,10 @@ def read_track_map(path: Path) -> dict[str, Any]:
     path : Path
         A CSV file, written as for `TractionData.from_csv`. Its first line names the columns, which
         are those lists of `Track.from_breakpoints` that are over distance, and `condition`.
+        ``position`` and ``gradient`` are other names of distance and grade, which may be in
+        ``1 in x``.
+    sections : bool, optional
+        Whether each row begins a section, so that a blank cell has the value of the row before.
 
     Returns
     -------
@@ -53,14 +60,16 @@ def read_track_map(path: Path) -> dict[str, Any]:
         If the file cannot be read.
     """
     content = decoded(read_small(path, MAX_MAP_BYTES))
-    if preamble := preamble_of(content, COLUMNS[:1]):
-        raise ValueError(preamble)
+    for first in ("distance", "position"):
+        if preamble := preamble_of(content, (first,)):
+            raise ValueError(preamble)
     rows = list(csv_rows(content))
     head = rows[0][1] if rows else []
     if not head or any(cell_number(cell) is not None for cell in head):
         raise ValueError(f"line 1: it must name the columns; known are {', '.join(COLUMNS)}")
     line, body = rows[0][0], rows[1:]
-    names = [name_and_unit(cell)[0] for cell in head]
+    given = [name_and_unit(cell)[0] for cell in head]
+    names = [ALIASES.get(name, name) for name in given]
     for name in names:
         if name not in COLUMNS:
             raise ValueError(f"line {line}: no column is {name!r}; {known_names(name, COLUMNS)}")
@@ -68,6 +77,11 @@ def read_track_map(path: Path) -> dict[str, Any]:
             raise ValueError(f"line {line}: {names.count(name)} columns {name!r}")
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
+    _fill_blanks(body, names, sections)
+    by_length = {i for i, cell in enumerate(head) if names[i] == "grade" and _is_one_in(cell)}
+    for i, (_, cells) in product(by_length, body):
+        if cells[i].lower() == "level":
+            cells[i] = "inf"
     places = [i for i, name in enumerate(names) if name != "condition"]
     table = csv_numbers(body, len(head), places, [head[i] for i in places])
     keys = {key: parameter.quantity for key, parameter in declared(Track.from_breakpoints).items()}
@@ -75,6 +89,11 @@ def read_track_map(path: Path) -> dict[str, Any]:
     for i, column in zip(places, table.T, strict=True):
         cell, name = head[i], names[i]
         limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
+        if i in by_length:
+            if not column.all():
+                zero = body[int(np.flatnonzero(column == 0.0)[0])][0]
+                raise ValueError(f"line {zero}: {cell} must not be 0; write 'level' where it is")
+            column, unit = 1.0 / column, ""
         factor = unit_value(unit, limits.unit) if unit else 1.0
         if factor is None:
             raise ValueError(f"line {line}: {name} {not_in(unit, limits.unit)}")
@@ -110,6 +129,30 @@ def read_track_map(path: Path) -> dict[str, Any]:
     return {**known, **values}
 
 
+def _is_one_in(cell: str) -> bool:
+    return bool(ONE_IN.fullmatch(name_and_unit(cell)[1].strip()))
+
+
+def _fill_blanks(
+    body: Sequence[tuple[int, list[str]]], names: Sequence[str], sections: bool
+) -> None:
+    """Give blank cells of a table of sections the values of the row before."""
+    before = [""] * len(names)
+    for line, cells in body:
+        for i, name in enumerate(names[: len(cells)]):
+            if cells[i] or name == "distance":
+                continue
+            if not sections:
+                raise ValueError(
+                    f"line {line}: {name} is blank; if it is that of the line before, the rows "
+                    "are sections: set track.between = 'steps'"
+                )
+            if not before[i]:
+                raise ValueError(f"line {line}: {name} is blank in the first section")
+            cells[i] = before[i]
+        before = cells
+
+
 def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Contents of a scenario file in `folder`, with the lists of the map that its track names."""
     track = data.get("track")
@@ -129,7 +172,8 @@ def with_track_map(data: dict[str, Any], folder: Path) -> dict[str, Any]:
             f"track.map = {name!r} replaces {' and '.join(lists)}: give either the map or the lists"
         )
     with in_file(f"track.map {name}"):
-        columns = read_track_map(file_beside("map", name, folder, "the scenario"))
+        path = file_beside("map", name, folder, "the scenario")
+        columns = read_track_map(path, sections=track.get("between") == "steps")
     return {**data, "track": {**columns, **track}}
 
 

@@ -64,7 +64,7 @@ def test_every_listed_unit_is_known_by_its_name() -> None:
 @pytest.mark.parametrize(
     ("text", "si", "message"),
     [
-        ("5 kN", "m", "must be a number in m, or a number and one of: m, km, cm, mm, um"),
+        ("5 kN", "m", "must be a number in m, or a number and one of: m, km, mi, cm, mm, um"),
         ("5", "m", 'has no unit: write "5 m", or 5 without quotation marks'),
         ("5 mm 3", "m", "must be a number in m"),
         ("mm 5", "m", "does not begin with a number"),

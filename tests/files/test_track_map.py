@@ -135,7 +135,9 @@ def test_a_sweep_varies_the_places_of_a_map(tmp_path: Path) -> None:
         ("distance,condition\n0,wett\n", r"condition = 'wett' is not known; did you mean 'wet'"),
         ("distance,condition,slope\n0,wet,1\n", r"condition replaces slope: give either"),
         ("condition\nwet\n", r"distance has 0 and condition 1 entries"),
-        ("distance,condition\n0,\n", r"condition = '' is not known"),
+        ("distance,condition\n0,\n", r"line 2: condition is blank; .* track.between = 'steps'"),
+        ("distance,grade [1 in x]\n0,9\n1,0\n", r"line 3: grade .* must not be 0; write 'level'"),
+        ("position,distance\n0,1\n", r"line 1: 2 columns 'distance'"),
         ("distance,friction\n", r"line 1: no data"),
         ("0,1\n1,1\n", r"line 1: it must name the columns; known are distance, friction, "),
         ("", r"line 1: it must name the columns"),
@@ -278,6 +280,27 @@ def test_a_map_of_a_line_has_rails_grades_and_limits(tmp_path: Path) -> None:
     beside = 'map = "map.csv"\ncondition = ["dry"]'
     with pytest.raises(cl.ModelError, match=r"track.map = 'map.csv' replaces condition"):
         cl.load_scenario(scenario(tmp_path, beside, csv))
+
+
+def test_a_table_of_a_line_says_what_changes_in_its_own_units(tmp_path: Path) -> None:
+    """The same table with all cells, in SI units."""
+    sparse = "position [miles],gradient [1 in x],speed_limit [mph]\n"
+    sparse += "0,Level,60\n0.3,-80,\n1.2,,40\n"
+    whole = "distance,grade,speed_limit\n"
+    whole += "0,0,26.8224\n482.8032,-0.0125,26.8224\n1931.2128,-0.0125,17.8816\n"
+    section = 'map = "map.csv"\nbetween = "steps"'
+    first, other = (
+        cl.load_scenario(scenario(tmp_path, section, csv)).track for csv in (sparse, whole)
+    )
+    for name in ("grade", "speed_limit"):
+        np.testing.assert_allclose(getattr(first, name).at, getattr(other, name).at)
+        np.testing.assert_allclose(getattr(first, name).value, getattr(other, name).value)
+    for unit in ("permil", "mm/m", "per mill"):
+        same = f"distance,gradient [{unit}]\n0,-12.5\n"
+        assert cl.load_scenario(scenario(tmp_path, section, same)).track.grade(0.0) == -0.0125
+    blank = "distance,friction,slope\n0,,1\n"
+    with pytest.raises(cl.ModelError, match="line 2: friction is blank in the first section"):
+        cl.load_scenario(scenario(tmp_path, section, blank))
 
 
 @pytest.mark.parametrize(("sign", "way"), [(1.0, "increasing"), (-1.0, "decreasing")])
