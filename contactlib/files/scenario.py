@@ -383,22 +383,88 @@ class Scenario(Parameters):
         return self._designed[name]
 
 
+@dataclass(frozen=True)
+class Demand:
+    """What the driver demands over time, and in which terms.
+
+    Attributes
+    ----------
+    profile : Profile
+        Over time [s].
+    kind : str
+        "torque", "deceleration", "brake_force" or "pressure", as in `demand_over_time`.
+    """
+
+    profile: Profile
+    kind: str
+
+    def torque(self, drivetrain: Drivetrain, vehicle: Vehicle | None) -> Profile:
+        """Torque that it is at each axle which it acts on [N.m].
+
+        Raises
+        ------
+        ValueError
+            If the drivetrain lacks a number that follows from the terms.
+        """
+        if self.kind == "torque":
+            return self.profile
+        wheelset, brake = drivetrain.wheelset, drivetrain.brake
+        axles, braked = (vehicle.axles, len(vehicle.braked)) if vehicle else (1, 1)
+        braked = braked or axles
+        if self.kind == "deceleration":
+            if wheelset.mass is None:
+                raise ValueError("demand.deceleration needs a mass: a roller rig holds its speed")
+            moved = wheelset.mass * wheelset.radius + wheelset.inertia / wheelset.radius
+            factor = -moved * axles / braked
+        elif self.kind == "brake_force":
+            factor = -wheelset.radius / braked
+        else:
+            if brake is None or brake.pressure is None:
+                raise ValueError(
+                    "demand.pressure needs brake.pressure, and brake.torque at that pressure"
+                )
+            factor = -1.0 / brake.pressure_per_torque
+        return Profile(self.profile.at, tuple(factor * value for value in self.profile.value))
+
+
 @checks_call
 def demand_over_time(
     *,
     time: Annotated[Values, TIME],
-    torque: Annotated[Values, Quantity("N.m", usual=(-3e5, 3e5))],
-) -> Profile:
-    """The driver's demand.
+    torque: Annotated[Values, Quantity("N.m", usual=(-3e5, 3e5))] = (),
+    deceleration: Annotated[Values, Quantity("m/s2", at_least=0.0, usual=(0.0, 5.0))] = (),
+    brake_force: Annotated[Values, Quantity("N", at_least=0.0, usual=(0.0, 5e6))] = (),
+    pressure: Annotated[Values, Quantity("Pa", at_least=0.0, usual=(0.0, 2e6))] = (),
+) -> Demand:
+    """The driver's demand, in one of four terms.
 
     Parameters
     ----------
     time : tuple of float
         Breakpoints of the demand [s].
-    torque : tuple of float
+    torque : tuple of float, optional
         Torque at the axle that the driver demands; negative in braking [N.m].
+    deceleration : tuple of float, optional
+        Deceleration by the brakes alone, on a level track and with all wheels rolling [m/s2]. The
+        braked axles share the force for the vehicle with its train and for what turns in it;
+        resistances come on top.
+    brake_force : tuple of float, optional
+        Force of all brakes at the rims of the wheels while they turn evenly [N].
+    pressure : tuple of float, optional
+        Pressure in the brake cylinders [Pa], of a brake with `pressure` and `torque`.
     """
-    return profile_of(time=time, torque=torque)
+    terms = {
+        "torque": torque,
+        "deceleration": deceleration,
+        "brake_force": brake_force,
+        "pressure": pressure,
+    }
+    given = [name for name, values in terms.items() if values]
+    if len(given) != 1:
+        raise ValueError(
+            f"demand must have one of {', '.join(terms)}; given: {', '.join(given) or 'nothing'}"
+        )
+    return Demand(profile_of(time=time, **{given[0]: terms[given[0]]}), given[0])
 
 
 @checks_call
@@ -421,7 +487,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "demand": demand_over_time,
     "axle": Axle,
     "motor": Motor,
-    "brake": Brake,
+    "brake": Brake.from_times,
     "track": track_of,
     "dynamic_load": DynamicLoad,
     "held_speed": speed_over_time,
@@ -610,7 +676,8 @@ def build_scenario(
             f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
         )
-    first = float(made["demand"](0.0))
+    demand = cache("demand", Demand.torque, made["demand"], drivetrain, made["vehicle"])
+    first = float(demand(0.0))
     if made["brake"] and first < 0.0 and initial_speed != 0.0 and "start" not in run:
         note_warning(
             "run.start",
@@ -626,7 +693,8 @@ def build_scenario(
         held_speed=held_speed,
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
         speed_unit="km/h" if unit == unit_value("km/h", "m/s") else "m/s",
-        **{key: made[key] for key in ("vehicle", "track", "dynamic_load", "demand", "sensors")},
+        demand=demand,
+        **{key: made[key] for key in ("vehicle", "track", "dynamic_load", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )
 

@@ -35,6 +35,7 @@ from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
 from contactlib.runs.signals import (
+    OF_BRAKES,
     OF_SHAFTS,
     OF_TRACKS,
     SHARED,
@@ -546,8 +547,15 @@ class Plant:
     def units(self) -> Mapping[str, str]:
         """Units of the signals; there is a speed limit if a track has one."""
         shafts = all(train.motor.rotor_inertia is not None for train in self.trains)
-        more = {**(OF_SHAFTS if shafts else {}), **(OF_TRACKS if self.has_limits else {})}
-        return {**UNITS, **units(more)}
+        pressures = not np.isnan(self.pressure_per_torque).any()
+        more = (OF_SHAFTS, shafts), (OF_BRAKES, pressures), (OF_TRACKS, self.has_limits)
+        return {**UNITS, **units(*(signals for signals, present in more if present))}
+
+    @cached_property
+    def pressure_per_torque(self) -> FloatArray:
+        """That of each axle's brake [Pa/(N.m)]; nan if not known."""
+        brakes = (train.brake for train in self.trains)
+        return np.array([brake.pressure_per_torque if brake else np.nan for brake in brakes])
 
     @property
     def time(self) -> float:

@@ -31,6 +31,10 @@ class Source(Protocol):
     def available(self) -> AvailableForce | None:
         """Largest creep forces that friction allows; None if no signal needs them."""
 
+    @property
+    def pressure_per_torque(self) -> FloatArray:
+        """Pressure in each brake's cylinder over its torque [Pa/(N.m)]."""
+
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """Speed limits of the tracks at distances of shape (rows, n) [m/s]."""
 
@@ -75,6 +79,9 @@ SHARED = ("speed", "acceleration", "speed_limit")  # by the axles of a vehicle
 OF_SHAFTS = {  # of drivetrains whose motor has a shaft
     "motor_omega": Signal("rad/s", "angular velocity of the rotor over the gear ratio"),
     "shaft_torque": Signal("N.m", "torque that twists the shaft of the motor, at the axle"),
+}
+OF_BRAKES = {  # of drivetrains whose brake has a pressure
+    "cylinder_pressure": Signal("Pa", "pressure in the brake cylinder"),
 }
 OF_TRACKS = {"speed_limit": Signal("m/s", "speed from which the driver demands no traction")}
 CONTINUOUS = {  # of a run under a continuous controller, before those of sampled runs
@@ -165,7 +172,7 @@ def checked_signals(names: Iterable[str], elements: Collection[ForceElement]) ->
 
 def long_name(name: str) -> str:
     """Describe a signal; of any other name its words."""
-    known = {**SIGNALS, **OF_SHAFTS, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
+    known = {**SIGNALS, **OF_SHAFTS, **OF_BRAKES, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
     both, _, side = name.rpartition("_")
     if name not in known and side in SIDES and both in known:
         return f"{known[both].description}, {side} wheel"
@@ -270,6 +277,9 @@ class Block:
     def _speed_limit(self) -> FloatArray:
         return self._source.speed_limit(self["distance"])
 
+    def _cylinder_pressure(self) -> FloatArray:
+        return np.asarray(self._source.pressure_per_torque * self["brake_torque"])
+
     def _creepage(self) -> FloatArray:
         return 0.5 * (self["creepage_left"] + self["creepage_right"])
 
@@ -310,5 +320,5 @@ def energy_defect(signals: Values, stored_at_start: FloatArray) -> FloatArray:
 COMPUTED: Mapping[str, Callable[[Block], FloatArray]] = {
     name.removeprefix("_"): method
     for name, method in vars(Block).items()
-    if name.removeprefix("_") in {*SIGNALS, *OF_TRACKS}
+    if name.removeprefix("_") in {*SIGNALS, *OF_BRAKES, *OF_TRACKS}
 }

@@ -11,11 +11,13 @@ from functools import cached_property
 from typing import Annotated
 
 from contactlib import kernel
-from contactlib.base.quantities import Parameters, Quantity
+from contactlib.base.quantities import Parameters, Quantity, checks_call
 from contactlib.vehicle.wheelset import GEAR_RATIO, ROTOR_INERTIA, Wheelset
 
 LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
 RESPONSE = Quantity("s", above=0.0, at_most=10.0, usual=(0.01, 5.0))  # of a brake
+PRESSURE = Quantity("Pa", above=0.0, usual=(1e4, 2e6))  # in a brake cylinder
+BRAKING = Quantity("N.m", above=0.0, usual=(10.0, 3e5))  # torque of one axle's brake
 STIFFNESS = Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))
 DAMPING = Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))
 
@@ -140,11 +142,79 @@ class Brake(Parameters):
     delay : float, optional
         Dead time from the command to the change of the torque, rounded to whole samples [s].
         Default: 0.
+    pressure : float, optional
+        Pressure in the brake cylinder [Pa] at which the axle's brake has `torque`. With both, runs
+        have the signal `cylinder_pressure`, and a demand may be a pressure. Default: not known.
+    torque : float, optional
+        Torque of the axle's brake at `pressure` [N.m].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or one of pressure and torque is given without the other.
     """
 
     fill_time: Annotated[float, RESPONSE]
     vent_time: Annotated[float, RESPONSE]
     delay: Annotated[float, LAG] = 0.0
+    pressure: Annotated[float | None, PRESSURE] = None
+    torque: Annotated[float | None, BRAKING] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.pressure is None) != (self.torque is None):
+            raise ValueError(
+                f"pressure = {self.pressure!r} and torque = {self.torque!r}: give both or neither"
+            )
+
+    @property
+    def pressure_per_torque(self) -> float:
+        """Pressure in the cylinder over torque [Pa/(N.m)]; nan if it is not known."""
+        return self.pressure / self.torque if self.pressure and self.torque else math.nan
+
+    @classmethod
+    @checks_call
+    def from_times(
+        cls,
+        *,
+        vent_time: Annotated[float, RESPONSE],
+        fill_time: Annotated[float | None, RESPONSE] = None,
+        build_up_time: Annotated[float | None, replace(RESPONSE, at_most=30.0)] = None,
+        delay: Annotated[float, LAG] = delay,
+        pressure: Annotated[float | None, PRESSURE] = pressure,
+        torque: Annotated[float | None, BRAKING] = torque,
+    ) -> Brake:
+        """Make the brake from its time constants or build-up time; the others are its fields.
+
+        Parameters
+        ----------
+        fill_time : float, optional
+            Time constant with which the brake torque rises to its command [s].
+        build_up_time : float, optional
+            Time in which it rises to 95 % of its command, in place of `fill_time` [s].
+
+        Raises
+        ------
+        ValueError
+            As for the class, or unless one of both times is given.
+
+        Examples
+        --------
+        >>> round(Brake.from_times(build_up_time=4.0, vent_time=1.0).fill_time, 3)
+        1.335
+        """
+        if (fill_time is None) == (build_up_time is None):
+            raise ValueError(
+                f"fill_time = {fill_time!r} and build_up_time = {build_up_time!r}: give one of them"
+            )
+        lag = fill_time if build_up_time is None else build_up_time / math.log(20.0)
+        return cls(
+            fill_time=lag or 0.0,
+            vent_time=vent_time,
+            delay=delay,
+            pressure=pressure,
+            torque=torque,
+        )
 
 
 @dataclass(frozen=True, eq=False)

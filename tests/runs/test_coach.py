@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,52 @@ def coach(duration: float, *, slippery: bool = False, locks: bool = False) -> cl
         radar = replace(scenario.sensors, acceleration_limit=None, trial_time=None)
         scenario = replace(scenario, sensors=radar)
     return scenario
+
+
+@pytest.mark.parametrize(("braked", "train"), [("", 0.0), ("braked = [1, 2, 4]", 20e3)])
+def test_a_stop_in_the_terms_of_braking_is_that_of_a_point_mass(
+    tmp_path: Path, braked: str, train: float
+) -> None:
+    """Brakes of a vehicle without resistance that build up to 95 % in 2 s, after 0.4 s."""
+    text = Path("models/coach_braking.toml").read_text().split("[track]")[0]
+    free = "[wheelset_changes.wheelset]\ndamping = 0.0\n"
+    free += "[wheelset_changes.resistance]\nconstant = 0.0\nquadratic = 0.0"
+    for old, new in (
+        ("[demand]", f"{free}\n[demand]"),
+        ("[vehicle]", f"[vehicle]\ntrain_mass = {train}\n{braked}"),
+        ('"250 ms"', "0.25\npressure = '3.8 bar'\ntorque = 6e3"),
+        ("fill_time = 0.25", "build_up_time = 2.0"),
+        ('"40 ms"', "0.4"),
+        ("memory = true", "memory = false"),
+        ("duration = 45.0", "duration = 55.0"),
+        ('"wet"', '"dry"'),
+        ('time = [0.5, 1.5]\ntorque = [0.0, "-5.7 kN.m"]', "time = [0.5, 0.5]\nDEMAND"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    open_loop = '[sensors]\n[controllers.open_loop]\nkind = "open_loop"\n'
+    lag, first, v = 2.0 / np.log(20.0), 0.5 + 0.4, 160.0 / 3.6
+    mass, inertia, r, n = 45e3 + train, 4 * 110.0, 0.46, 3 if braked else 4
+    full = 0.9 * (mass + inertia / r**2)  # N
+    terms = {
+        "deceleration": 0.9,
+        "brake_force": full,
+        "pressure": full * r / n / 6e3 * 3.8e5,
+        "torque": -full * r / n,
+    }
+    cases = dict[str, cl.Scenario]()
+    for name, value in terms.items():
+        file = tmp_path / "stop.toml"
+        file.write_text(text.replace("DEMAND", f"{name} = [0.0, {value!r}]") + open_loop)
+        cases[name] = cl.load_scenario(file)
+        assert cases[name].demand.value[1] == pytest.approx(terms["torque"], rel=1e-12)
+    run = cl.run_scenario(cases["pressure"], "open_loop", tolerance=1e-5)
+    # v = a (s - lag (1 - exp(-s/lag))) at s after the delay, with the last term gone.
+    s = v / 0.9 + lag
+    way = v * (first + s) - 0.9 * (0.5 * s**2 - lag * s + lag**2)
+    assert run["distance"][-1, 0] == pytest.approx(way, rel=2e-3)
+    assert run["cylinder_pressure"].max() == pytest.approx(terms["pressure"], rel=1e-6)
+    assert "cylinder_pressure" in run.units
 
 
 def time_off(result: cl.Result) -> float:
