@@ -273,7 +273,7 @@ def kernel(model: str, output: Path) -> None:
 @drawing_options
 @output_option("contactlib-figures", "Folder for the figures.")
 def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ...]) -> None:
-    """Draw the laws or a wheelset's stability.
+    """Draw the laws or a wheelset's stability, with a CSV file of each figure's lines.
 
     A figure that cannot be drawn gives a line and exit status 1, after all others are drawn.
     """
@@ -300,7 +300,8 @@ def figures(paper: bool, model: str | None, output: Path, formats: tuple[str, ..
             failed = True
             complain(f"contactlib: no {name}: {error}")
             continue
-        first, *others = save_pictures(figure, output, name, formats)
+        data = () if "csv" in formats else ("csv",)
+        first, *others = save_pictures(figure, output, name, (*formats, *data))
         print_line(f"{', '.join([str(first), *(path.name for path in others)])}: {title}")
     if failed:
         click.get_current_context().exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import os
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -28,9 +30,10 @@ PLACES: tuple[Any, ...] = (  # of a legend
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`; the suffix sets the format, any that matplotlib writes.
+    """Write a figure to `path`; the suffix sets the format, any that matplotlib writes, or csv.
 
-    Files in png, svg and pdf hold no date: the same figure gives the same bytes.
+    Files in png, svg and pdf hold no date: the same figure gives the same bytes. A CSV file has the
+    numbers of the figure's lines, a row for each point: panel, line, x and y.
 
     Raises
     ------
@@ -43,14 +46,14 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
 
 
 def file_formats(listed: str, what: str = "formats") -> tuple[str, ...]:
-    """Formats that are listed with commas, if matplotlib writes them all.
+    """Formats that are listed with commas, if matplotlib writes them all or they are csv.
 
     Raises
     ------
     ValueError
         If it does not write one; `what` names it in the message.
     """
-    known = FigureCanvasAgg.get_supported_filetypes()
+    known = {*FigureCanvasAgg.get_supported_filetypes(), "csv"}
     formats = tuple(name.strip().lower() for name in listed.split(","))
     for name in formats:
         if name not in known:
@@ -76,10 +79,32 @@ def _write(figure: Figure, paths: Sequence[Path]) -> list[Path]:
         for path, kind in zip(paths, kinds, strict=True):
             buffer = io.BytesIO()
             with styled():
-                figure.savefig(buffer, format=kind, metadata=UNDATED.get(kind))
+                if kind == "csv":
+                    buffer.write(_points(figure).encode())
+                else:
+                    figure.savefig(buffer, format=kind, metadata=UNDATED.get(kind))
             written.append(write_whole(path, buffer.getvalue()))
     figure.set_layout_engine(engine)
     return written
+
+
+def _points(figure: Figure) -> str:
+    """CSV of all lines of a figure, in the order in which they were drawn."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["panel", "line", "x", "y"])
+    for number, axes in enumerate(figure.axes, start=1):
+        panel = axes.get_title() or axes.get_title("left") or f"{number}"
+        names = axes.get_xlabel() or "x", axes.get_ylabel() or "y"
+        for line in axes.lines:
+            if line.get_transform() != axes.transData:  # at a place of the axes: it has no numbers
+                continue
+            label = str(line.get_label())
+            name = f"{names[1]} over {names[0]}" if label.startswith("_") else label
+            writer.writerows(
+                [panel, name, *point] for point in np.asarray(line.get_xydata()).tolist()
+            )
+    return text.getvalue()
 
 
 def clear_legends(figure: Figure) -> None:

@@ -202,6 +202,9 @@ def test_options_take_units(tmp_path: Path) -> None:
         assert path.read_text().splitlines()[-1].startswith("0.15,")
 
 
+KINDS = ("png", "svg", "csv")  # of the files of a figure
+
+
 def test_figures_command_writes_the_papers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     papers = {number: figure._replace(draw=Figure) for number, figure in PAPER_FIGURES.items()}
     monkeypatch.setattr(figures, "PAPER_FIGURES", papers)
@@ -209,10 +212,10 @@ def test_figures_command_writes_the_papers(tmp_path: Path, monkeypatch: pytest.M
     folder = tmp_path / "deep" / "out"
     result = done("figures", "--paper", "-o", folder)
     stems = [f"paper_figure_{number}" for number in range(1, 7)] + ["contact_patch"]
-    assert {p.name for p in folder.iterdir()} == {f"{s}.{e}" for s in stems for e in ("png", "svg")}
+    assert {p.name for p in folder.iterdir()} == {f"{s}.{e}" for s in stems for e in KINDS}
     for stem, line in zip(stems, result.output.splitlines(), strict=True):
         paths, _, sentence = line.partition(": ")
-        assert paths == f"{folder / stem}.png, {stem}.svg"
+        assert paths == f"{folder / stem}.png, {stem}.svg, {stem}.csv"
         assert sentence.endswith(".")
 
 
@@ -225,7 +228,9 @@ def test_figures_command_draws_a_models_stability(
     monkeypatch.setattr(figures, "STABILITY_FIGURES", quick)
     result = done("figures", "--stability", *filter(None, [model]), "-o", tmp_path)
     path = tmp_path / "stability_poles"
-    assert result.output == f"{path}.png, {path.name}.svg: {quick['poles'].title}\n"
+    assert (
+        result.output == f"{path}.png, {path.name}.svg, {path.name}.csv: {quick['poles'].title}\n"
+    )
     held = "held" in path.with_suffix(".svg").read_text()
     assert held == (model == "")  # on the roller rig
 
@@ -273,10 +278,8 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_others(
     result = call("figures", "--stability", "-o", tmp_path)
     assert result.exit_code == 1
     assert result.stderr == "contactlib: no stability_refused: nothing to see\n"
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "stability_poles.png",
-        "stability_poles.svg",
-    }
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"stability_poles.{kind}" for kind in KINDS}
 
 
 @pytest.mark.slow
@@ -289,7 +292,8 @@ def test_stability_figures_without_a_fold_are_drawn_as_far_as_possible(
     Path("level.toml").write_text(re.sub("k_hat = .*", "k_hat = 0", level))
     result = call("figures", "--stability", "level.toml", "--format", "svg", "-o", "out")
     assert result.exit_code == 1
-    assert [path.name for path in Path("out").iterdir()] == ["stability_creep_curve.svg"]
+    names = {path.name for path in Path("out").iterdir()}
+    assert names == {"stability_creep_curve.svg", "stability_creep_curve.csv"}
     refused = [name for name in STABILITY_FIGURES if name != "creep_curve"]
     lines = result.stderr.splitlines()
     for name, line in zip(refused, lines, strict=True):

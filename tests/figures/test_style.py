@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ import contactlib as cl
 from contactlib import figures
 from contactlib.figures import PAPER_FIGURES, STABILITY_FIGURES
 from contactlib.figures.files import clear_legends
-from contactlib.figures.style import add_caption, new_figure, styled
+from contactlib.figures.style import add_caption, labelled, new_figure, styled
 
 
 def line(figure: Figure, label: str) -> Line2D:
@@ -264,11 +265,30 @@ def test_a_figure_is_written_in_any_format_of_matplotlib(tmp_path: Path, kind: s
 
 def test_no_other_format_is_written(tmp_path: Path) -> None:
     figure, _ = new_figure(3.0, 2.0)
-    known = ", ".join(sorted(FigureCanvasAgg.get_supported_filetypes()))
+    known = ", ".join(sorted({*FigureCanvasAgg.get_supported_filetypes(), "csv"}))
     for name in ("x", "x.docx", "x.PNG.exe"):
         with pytest.raises(ValueError, match=f"{name}: the suffix = '.*' must be one of: {known}"):
             figures.save(figure, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_lines_of_a_figure_are_written_as_numbers(tmp_path: Path) -> None:
+    """Reading them back gives the law, to the last bit."""
+    line = r"Carter, $\hat K$ = 0, line"
+    text = figures.save(PAPER_FIGURES[5].draw(), tmp_path / "x.csv").read_text()
+    rows = csv.DictReader(text.splitlines())
+    x, y = np.array([[r["x"], r["y"]] for r in rows if r["line"] == line], float).T
+    np.testing.assert_array_equal(y, cl.CarterGriffith(k_hat=0.0).traction_ratio(x))
+    figure, axes = new_figure(3.0, 2.0, ncols=2)
+    axes[0].plot([0.0, 1.0], [0.5, 0.1])
+    labelled(axes[0], "place", "force", "left")
+    axes[0].axvline(0.5)
+    axes[1].plot([2.0], [3.0], "o", label="a, b")
+    text = figures.save(figure, tmp_path / "y.csv").read_text()
+    assert text == (
+        "panel,line,x,y\nleft,force over place,0.0,0.5\nleft,force over place,1.0,0.1\n"
+        '2,"a, b",2.0,3.0\n'
+    )
 
 
 def test_a_sweep_s_maps_have_the_formats_that_are_requested(tmp_path: Path) -> None:
