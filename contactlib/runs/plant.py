@@ -681,12 +681,22 @@ class Plant:
         """Whether a track has a speed limit."""
         return any(track.speed_limit is not None for track in self.tracks)
 
+    @cached_property
+    def _limits(self) -> list[Profile | None]:
+        """Speed limits at the axles' places; at a first axle's, those under its whole train."""
+        limits = [track.speed_limit for track in self.tracks]
+        for first in range(0, len(limits), self.axles):
+            vehicle, limit = self._scenarios[first].vehicle, limits[first]
+            if limit is not None and vehicle is not None and vehicle.length is not None:
+                limits[first] = limit.held_behind(vehicle.length)
+        return limits
+
     def speed_limit(self, distance: FloatArray) -> FloatArray:
-        """Speed limits at distances (..., n) of n wheelsets [m/s]: for all axles, the lowest."""
+        """Speed limits at distances (..., n) of n wheelsets [m/s]: the lowest under each train."""
         limits = np.full(distance.shape, np.inf)
-        for i, track in enumerate(self.tracks):
-            if track.speed_limit is not None:
-                limits[..., i] = track.speed_limit(distance[..., i])
+        for i, limit in enumerate(self._limits):
+            if limit is not None:
+                limits[..., i] = limit(distance[..., i])
         lowest = limits.reshape(*limits.shape[:-1], -1, self.axles).min(axis=-1)
         return np.repeat(lowest, self.axles, axis=-1)
 

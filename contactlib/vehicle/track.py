@@ -112,6 +112,26 @@ class Profile:
         at_start, at_middle = float(self(start)), float(self(middle))
         return at_start, 2.0 * at_middle - at_start
 
+    def held_behind(self, length: float) -> Profile:
+        """Steps in which each value also holds for a length behind it, where others are higher.
+
+        That is how a speed limit holds for a train: until its tail has passed.
+
+        Examples
+        --------
+        >>> limit = Profile.steps((500.0, 900.0), (10.0, 20.0))
+        >>> limit.held_behind(200.0)([1000.0, 1200.0]).tolist()
+        [10.0, 20.0]
+        """
+        length = checked_number("length", length, NOT_NEGATIVE)
+        ends = np.unique(np.concatenate([self.at, np.add(self.at, length)]))
+        middles = np.concatenate([[ends[0] - 1.0], 0.5 * (ends[1:] + ends[:-1]), [ends[-1] + 1.0]])
+        sections = np.array((self.value[0], *self.value))  # before each place, and after the last
+        first = np.searchsorted(self.at, middles - length, side="right")
+        last = np.searchsorted(self.at, middles, side="right") + 1
+        lowest = [sections[i:j].min() for i, j in zip(first, last, strict=True)]
+        return Profile(np.repeat(ends, 2), np.repeat(lowest, 2)[1:-1])  # type: ignore[arg-type]
+
     def over_distance(self, survey: Survey) -> Profile:
         """The profile over the distance of a run, from one over the places of a survey."""
         if (survey.start, survey.sign) == (0.0, 1.0):

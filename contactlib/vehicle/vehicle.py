@@ -51,6 +51,9 @@ class Vehicle(Parameters):
         Mass of one wheelset [kg].
     train_mass : float, optional
         Mass of the train behind the coupler [kg]. Default: 0.
+    length : float, optional
+        Length of vehicle and train behind the first axle [m]. A lower speed limit holds until the
+        tail has passed. Default: up to the last axle.
     body_height : float
         Height of the body's centre of mass above the rail [m].
     bogie_height : float
@@ -107,6 +110,7 @@ class Vehicle(Parameters):
     bogie_mass: Annotated[float, MASS]
     wheelset_mass: Annotated[float, MASS]
     train_mass: Annotated[float, MASS] = 0.0
+    length: Annotated[float | None, Quantity("m", above=0.0, at_most=1e4)] = None
     body_height: Annotated[float, HEIGHT]
     bogie_height: Annotated[float, HEIGHT]
     pivot_height: Annotated[float, HEIGHT]
@@ -125,6 +129,11 @@ class Vehicle(Parameters):
             raise ValueError(
                 f"position = {self.position!r} must start with 0 and be strictly increasing: it is "
                 "the distance of each axle behind the first one"
+            )
+        if self.length is not None and self.length < self.position[-1]:
+            raise ValueError(
+                f"length = {self.length!r} is out of range: must be >= {self.position[-1]!r}, the "
+                "last axle's position"
             )
         if n > 1 and (n % self.axles_per_bogie or n == self.axles_per_bogie):
             raise ValueError(

@@ -69,3 +69,26 @@ def test_the_limit_of_a_vehicle_is_the_lowest_under_its_axles() -> None:
     with pytest.raises(ValueError, match=r"Track.speed_limit.*0\.0 is out of range: must be .*> 0"):
         Track(speed_limit=cl.Profile.of(0.0))
     assert "never meets" in str(Track.from_breakpoints(start=5e4, **lists).warning(0.0, 10.0))
+
+
+def test_a_limit_holds_until_the_tail_has_passed() -> None:
+    """By the lowest of the limits under points of the train, half a metre apart."""
+    at = (-5.0, 4.0, 4.5, 9.0, 14.0)
+    limit = cl.Profile.steps(at, (8.0, 30.0, 12.0, 6.0, 25.0))
+    case = cl.load_scenario("four_axles.toml")
+    vehicle = case.vehicle
+    assert vehicle is not None
+    case = replace(case, track=Track(speed_limit=limit), sensors=Sensors(), duration=4.0)
+    train = replace(case, vehicle=replace(vehicle, length=20.25))
+    run = cl.run_scenario(train, "open_loop")
+    place = run["distance"][:, 0]
+    under = [limit(place - behind) for behind in np.arange(0.0, 20.5, 0.25)]
+    shown = np.abs(place[:, None] - np.array([*at, *(x + 20.25 for x in at)])).min(axis=1) > 0.25
+    assert_array_equal(run["speed_limit"][shown], np.min(under, axis=0)[shown])
+    assert shown.mean() > 0.8
+    assert {6.0, 25.0} < set(run["speed_limit"].tolist())
+    own = replace(train, vehicle=replace(vehicle, length=vehicle.position[-1]))
+    axles = cl.run_scenario(replace(case, track=Track(speed_limit=limit)), "open_loop")
+    assert (cl.run_scenario(own, "open_loop")["speed_limit"] <= axles["speed_limit"]).all()
+    with pytest.raises(ValueError, match=r"length = 5.0 is out of range: must be >= 12.9, the la"):
+        replace(vehicle, length=5.0)
