@@ -61,6 +61,13 @@ def known_names(word: str, known: Collection[str]) -> str:
     return f"{meant}known: {', '.join(known)}"
 
 
+def no_signal(name: object, known: Collection[str], owner: object) -> KeyError:
+    """Error on a name that is no signal of `owner`, which may have it as an attribute."""
+    own = not str(name).startswith("_") and hasattr(owner, str(name))
+    hint = f"it is the attribute .{name}" if own else known_names(str(name), known)
+    return KeyError(f"no signal {name!r}; {hint}")
+
+
 def fixed_width(rows: Sequence[Sequence[str]]) -> str:
     """Align cells in columns: the first two, name and unit, to the left, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -30,7 +30,7 @@ from contactlib.base.quantities import (
     checked_whole,
     shown,
 )
-from contactlib.base.text import USERS_ERRORS, explained
+from contactlib.base.text import USERS_ERRORS, explained, no_signal
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
@@ -567,7 +567,7 @@ class Plant:
         if name not in self.units:
             known = {**self.units, **units(of_contacts())}
             if name not in known:
-                raise KeyError(f"{name!r} is not a signal: known are {', '.join(known)}")
+                raise no_signal(name, known, self)
             checked_signals([name], [train.wheelset.element for train in self.trains])
         values = self.shaped(self.now()[name][0], shared=name in SHARED)
         return values if values.shape else float(values)

@@ -13,7 +13,7 @@ import numpy as np
 
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, ReadOnly, checked_whole
-from contactlib.base.text import known_names
+from contactlib.base.text import no_signal
 from contactlib.base.writing import write_whole
 from contactlib.runs.signals import WORKS, long_name
 
@@ -80,7 +80,7 @@ class Result:
     def __getitem__(self, name: str) -> FloatArray:
         """Return one signal."""
         if name not in self.signals:
-            raise KeyError(f"no signal {name!r}; {known_names(str(name), self.signals)}")
+            raise no_signal(name, self.signals, self)
         return self.signals[name]
 
     @property

@@ -93,6 +93,20 @@ def test_results_differ_by_any_number(run: cl.Result) -> None:
     assert run != "a run"
 
 
+@pytest.mark.parametrize("name", ["time", "axles", "speed", "distance"])
+def test_a_name_is_a_signal_or_its_error_says_where_it_is(
+    run: cl.Result, scenario: cl.Scenario, name: str
+) -> None:
+    for owner in (run, cl.Plant(scenario)):
+        if hasattr(owner, name):
+            with pytest.raises(
+                KeyError, match=rf"no signal '{name}'; it is the attribute \.{name}"
+            ):
+                owner[name]
+        else:
+            assert np.isfinite(owner[name]).all()
+
+
 def test_pandas_and_xarray_have_every_signal_by_name(run: cl.Result) -> None:
     frame, dataset = run.to_pandas(), run.to_xarray()
     assert frame.index.name == "time"
