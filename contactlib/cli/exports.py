@@ -89,14 +89,11 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     """Write a commented file to start from, ready to run.
 
     KIND is model (a wheelset, the default), force (only a wheel's creep force, for an
-    FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there.
+    FMU or a table), scenario or sweep; a name such as my_wheelset.toml writes a model there, and
+    that of a shipped file a copy of it.
     """
     from contactlib.cli.new_files import list_shipped, write_template
 
-    if kind.endswith(".toml"):
-        if output is not None:
-            raise ValueError(f"new: give one file to write, not {kind} and {output}")
-        kind, output = "model", Path(kind)
     if shipped:
         list_shipped()
     else:

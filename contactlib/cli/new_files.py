@@ -9,11 +9,11 @@ from typing import Any
 from contactlib.base.quantities import warn
 from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
-from contactlib.base.writing import write_whole
+from contactlib.base.writing import package_folder, write_whole
 from contactlib.cli.console import ConsoleReporter, print_line
 from contactlib.export.lookup import known_format, lookup_table, write_lookup_table
 from contactlib.files.model import Model
-from contactlib.files.reading import model_path, parse, shipped_files
+from contactlib.files.reading import file_kind, model_path, parse, shipped_files
 from contactlib.laws.hertz import WHEEL_LOAD
 from contactlib.table.law_tables import build_carter_griffith_table
 
@@ -22,18 +22,27 @@ NEXT = {"force": "fmu", "model": "explore", "scenario": "simulate", "sweep": "sw
 
 
 def write_template(kind: str, output: Path | None, overwrite: bool) -> None:
-    """Write a commented file of a kind, and print the next command.
+    """Write a commented file of a kind or name, and print the next command.
+
+    A name of a shipped file gives a copy of it, any other one a model.
 
     Raises
     ------
     ValueError
-        If the file is there and must not be overwritten.
+        If the file is there and must not be overwritten, or has two names.
     """
-    path = output or Path(f"my_{kind}.toml")
+    source, path = TEMPLATES / f"{kind}.toml", output or Path(f"my_{kind}.toml")
+    if kind.endswith(".toml"):
+        source, path = package_folder("models") / Path(kind).name, output or Path(kind)
+        if not source.is_file():
+            if output is not None:
+                raise ValueError(f"new: give one file to write, not {kind} and {output}")
+            source = TEMPLATES / "model.toml"
+        kind = file_kind(source)
     if path.exists() and not overwrite:
         raise ValueError(f"{path} already exists: --overwrite replaces it")
-    text = (TEMPLATES / f"{kind}.toml").read_text(encoding="ascii")
-    write_whole(path, text.replace(f"my_{kind}.toml", path.name).encode())
+    text = source.read_text(encoding="ascii").replace(f"my_{source.name}", path.name)
+    write_whole(path, text.encode())
     print_line(f"{path}: to try it, contactlib {NEXT[kind]} {path}")
 
 

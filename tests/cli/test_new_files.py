@@ -55,6 +55,18 @@ def test_a_file_may_be_named_instead_of_a_kind() -> None:
     refused("new", "modle")
 
 
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [("coach.toml", "explore"), ("line.toml", "simulate"), ("wet_patch_sweep.toml", "sweep")],
+)
+def test_the_name_of_a_shipped_file_gives_its_copy(name: str, command: str) -> None:
+    shipped = cl.files.model_path(name).read_bytes()
+    for given, path in (((name,), name), ((name, "-o", "mine.toml"), "mine.toml")):
+        assert done("new", *given).stdout == f"{path}: to try it, contactlib {command} {path}\n"
+        assert Path(path).read_bytes() == shipped
+    assert refused("new", name) == f"contactlib: {name} already exists: --overwrite replaces it\n"
+
+
 def test_the_measured_alternative_of_a_force_runs_too() -> None:
     text = Path(written("force")).read_text()
     kept, _, rest = text.partition("[friction]")
