@@ -26,6 +26,7 @@ from contactlib.export.description import MODEL_NAMES, Description
 from contactlib.export.fmu_page import TITLES, index_page, readable_table
 from contactlib.export.package import describe, fmu
 from contactlib.files.model import Missing
+from contactlib.kernel import NativeModel
 
 HTML = "{http://www.w3.org/1999/xhtml}"
 KINDS = tuple(TITLES)
@@ -174,6 +175,22 @@ def test_page_reports_how_this_fmu_is_coupled(rig: cl.Model, implicit: bool) -> 
     page = index_page(Description(rig, "force_element", implicit=implicit)).decode()
     assert ("exported implicit" in page) == implicit
     assert ("exported with a held force" in page) == (not implicit)
+
+
+@pytest.mark.parametrize("kind", ["wheelset", "vehicle"])
+def test_page_reports_whether_a_step_may_be_discarded(locomotive: cl.Model, kind: str) -> None:
+    description = described(with_memory(locomotive), kind)
+    given = description.native_contact, description.start_values, description.wheels
+    braked, discarded = NativeModel(kind, *given), False
+    braked.begin()
+    braked.set(brake_torque=2e4)  # locks the wheels
+    try:
+        braked.advance(1.0, tolerance=1e-9)
+    except RuntimeError:
+        discarded = True
+    text = text_of(tree_of(index_page(description)))
+    assert ("discards" in text) == discarded
+    assert ("so any communication step is stable" in text) != discarded
 
 
 def read_curve(root: ElementTree.Element) -> tuple[dict[str, np.ndarray], np.ndarray]:
