@@ -101,9 +101,17 @@ def write_report(
     results: dict[str, Result] = {}
     all_metrics: dict[str, Metrics] = {}
     by_axle: dict[str, dict[str, Metrics]] = {}
+
+    def run(title: str, case: Scenario, signals: Sequence[str]) -> Result:
+        try:
+            with reporter.step(f"{scenario.name}: {title}") as progress:
+                return run_scenario(case, name, signals=signals, progress=progress)
+        except RuntimeError as error:
+            where = f"in the run of {title}; nothing is written to {output}"
+            raise RuntimeError(f"{error}, {where}") from None
+
     for name in names:
-        with reporter.step(f"{scenario.name}: {name.replace('_', ' ')}") as progress:
-            results[name] = run_scenario(scenario, name, signals=signals, progress=progress)
+        results[name] = run(name.replace("_", " "), scenario, signals)
         for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
@@ -111,8 +119,7 @@ def write_report(
             )
         all_metrics[name], uniform = metrics(results[name], drivetrain), None
         if not math.isnan(all_metrics[name].stopping_distance):
-            with reporter.step(f"{scenario.name}: the same on uniform friction") as progress:
-                uniform = run_scenario(scenario.on_uniform_friction, name, progress=progress)
+            uniform = run("the same on uniform friction", scenario.on_uniform_friction, ())
             all_metrics[name] = metrics(results[name], drivetrain, uniform=uniform)
         if scenario.axles > 1:
             by_axle[name] = _by_axle(results[name], uniform, drivetrain)

@@ -89,6 +89,8 @@ def export_fmu(
     ValueError
         If an argument is invalid or does not apply to the kind, or a platform's library is missing
         and there is no compiler; the message names the command that installs it.
+    RuntimeError
+        If the reference run of the FMU fails; a file at `path` stays as it is.
     """
     description = describe(
         model,

@@ -143,7 +143,13 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
 
 
 def reference_run(description: Description) -> bytes:
-    """documentation/reference_run.csv; the README.txt beside it describes its rows."""
+    """documentation/reference_run.csv; the README.txt beside it describes its rows.
+
+    Raises
+    ------
+    RuntimeError
+        If the integrator gives up.
+    """
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     contact, start = description.native_contact, description.start_values
@@ -154,7 +160,13 @@ def reference_run(description: Description) -> bytes:
     lines = [",".join(["time", *inputs, *outputs])]
     for i, t in enumerate(time.tolist()):
         if i > 0:
-            native.advance(t - float(time[i - 1]))
+            try:
+                native.advance(t - float(time[i - 1]))
+            except RuntimeError as error:
+                raise RuntimeError(
+                    f"the reference run of the FMU fails before {t:g} s: {error}; no file is "
+                    "written, and an older one stays as it is"
+                ) from None
         row = {name: float(column[i]) for name, column in inputs.items()}
         native.set(**row)
         if i == 0:

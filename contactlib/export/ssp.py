@@ -102,6 +102,8 @@ def export_ssp(
     ValueError
         If an argument is invalid, or a platform's library is missing and there is no compiler; the
         message names the command that installs it.
+    RuntimeError
+        If the reference run of an FMU fails.
     """
     starts = operating_point(model)
     given: dict[str, Any] = {"author": author, "version": version}

@@ -133,6 +133,8 @@ def test_mistakes_are_one_line_and_status_2(place: str, message: str) -> None:
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert result.stderr.startswith(f"contactlib: {message}")
+    in_run = result.stderr.endswith("in the run of Leaves; nothing is written to out\n")
+    assert in_run == (place == "mine.py:Leaves")
 
 
 @pytest.mark.usefixtures("folder")

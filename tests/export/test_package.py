@@ -16,6 +16,7 @@ import pytest
 from exported_fmu import fitting
 from fmu_instance import EXPORTS
 from native_models import native, with_memory
+from plain_scenario import braked_vehicle
 
 import contactlib as cl
 from contactlib.export.description import Description
@@ -162,3 +163,16 @@ def test_text_that_xml_cannot_hold_is_refused(
     for export in (cl.export_fmu, cl.export_ssp):
         with pytest.raises(ValueError, match=f"^{name} = .* must be text in one line$"):
             export(locomotive, tmp_path / "x", **{name: text})
+
+
+def test_a_reference_run_that_fails_leaves_an_older_file_and_says_so(
+    locomotive: cl.Model, tmp_path: Path
+) -> None:
+    """From rails that hold any torque onto rails that hold none."""
+    rails = cl.Track(friction_left=cl.Profile((0.01, 0.01), (1e3, 1e-6)))
+    scenario = replace(braked_vehicle(with_memory(locomotive).wheelset, 2), track=rails)
+    path = tmp_path / "Vehicle.fmu"
+    path.write_bytes(b"older")
+    with pytest.raises(RuntimeError, match=r"^the reference run of .* an older one stays as it is"):
+        cl.export_fmu(scenario, path)
+    assert path.read_bytes() == b"older"
