@@ -12,7 +12,7 @@ import struct
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from contactlib.export.platforms import binaries
 from contactlib.export.vehicle import parts_of
 from contactlib.files.model import Missing
 from contactlib.files.scenario import Scenario
+from contactlib.runs.plant import common_step
 
 if TYPE_CHECKING:
     from contactlib.files.model import Model
@@ -45,7 +46,7 @@ STEPS = 400  # of the reference run
 
 
 class Experiment(NamedTuple):
-    """Duration and communication step of the reference run [s]."""
+    """End of the default experiment, and communication step also of the reference run [s]."""
 
     stop: float
     step: float
@@ -57,7 +58,8 @@ def experiment(description: Description) -> Experiment:
     It is half of the stable limit for a held force and an explicit solver at the start values,
     where the contact sticks and is stiffest. The implicit mode allows more, but not in model
     exchange. A contact with memory is too stiff for an explicit solver to show anything in a run of
-    this many steps; its step resolves the swing of the wheel on the contact.
+    this many steps; its step resolves the swing of the wheel on the contact. A vehicle's is the run
+    of its scenario, and its step is a whole fraction of the controllers' sample times.
     """
     stable = [LONGEST_STEP[description.kind]]
     held = replace(description, implicit=False)
@@ -72,7 +74,9 @@ def experiment(description: Description) -> Experiment:
         stable += native.get("step_size_hint")
     power = 10.0 ** math.floor(math.log10(min(stable)))
     step = max(round_number for n in (1, 2, 5) if (round_number := n * power) <= min(stable))
-    return Experiment(STEPS * step, step)
+    if description.duration is None:
+        return Experiment(STEPS * step, step)
+    return Experiment(description.duration, common_step(step, description.sample_times))
 
 
 def longest_step(description: Description) -> float:
@@ -93,8 +97,8 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
     and returns. In the second half of the run the contact slips across rolling and spins, too.
     Among several wheels each one slips less than the one before.
     """
-    stop, step = experiment(description)
-    time = step * np.arange(STEPS + 1, dtype=np.float64)
+    step = experiment(description).step
+    time, stop = step * np.arange(STEPS + 1, dtype=np.float64), STEPS * step
     element = description.element
     start, swing = description.start_values, np.sin(2.0 * np.pi * time / stop)
     sliding = element.friction.kinetic * element.axle_load
@@ -212,8 +216,10 @@ def describe(
         if text is not None and not printable:
             raise ValueError(f"{name} = {shown(text)} must be text in one line")
     starts: Mapping[str, float] = {}
-    rails, own = b"", list[str]()
+    rails, own, run = b"", list[str](), dict[str, Any]()
     if isinstance(model, Scenario):
+        times = [model.controller(name).sample_time for name in model.controllers]
+        run = {"duration": model.duration, "sample_times": times}
         model, starts, rails = parts_of(model)
         wheels = int(starts["axles"])
         own = ["position", "radius"] if wheels > 1 else []
@@ -227,6 +233,7 @@ def describe(
         per_wheel=(*own, *per_wheel),
         starts=starts,
         rails=rails,
+        **run,
         author=author,
         version=version,
     )

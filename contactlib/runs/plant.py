@@ -47,7 +47,7 @@ from contactlib.runs.signals import (
 )
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.batching import Copies
-from contactlib.traction.interface import STRONGEST, Controller
+from contactlib.traction.interface import STRONGEST
 from contactlib.traction.sensors import INDEX
 from contactlib.vehicle.available_force import AvailableForce
 from contactlib.vehicle.drivetrain import Brake, Motor
@@ -275,12 +275,12 @@ def default_step(scenario: Scenario, longest: float = LONGEST_STEP) -> float:
     return longest
 
 
-def common_step(longest: float, controls: Sequence[Controller]) -> float:
-    """Time between rows that is the same under several controllers [s]: at most `longest`.
+def common_step(longest: float, times: Sequence[float]) -> float:
+    """Time between rows that is the same under controllers of these sample times [s].
 
-    It is a whole fraction of every sample time, or of the shortest if `FRACTIONS` tries find none.
+    At most `longest`, it is a whole fraction of every sample time, or of the shortest if
+    `FRACTIONS` tries find none.
     """
-    times = [control.sample_time for control in controls]
     smallest = max(1, math.ceil(min(times) / longest * (1.0 - 1e-9)))
     steps = [min(times) / n for n in range(smallest, smallest + FRACTIONS)]
     for step in steps:

@@ -21,6 +21,7 @@ from plain_scenario import braked_vehicle
 import contactlib as cl
 from contactlib.export.description import Description
 from contactlib.export.package import experiment, reference_run
+from contactlib.traction import OpenLoop
 
 
 def golden(description: Description) -> Any:
@@ -163,6 +164,22 @@ def test_text_that_xml_cannot_hold_is_refused(
     for export in (cl.export_fmu, cl.export_ssp):
         with pytest.raises(ValueError, match=f"^{name} = .* must be text in one line$"):
             export(locomotive, tmp_path / "x", **{name: text})
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("times", [(0.01, 0.01), (0.01, 0.003)])
+def test_default_experiment_of_a_vehicle_is_its_run(
+    locomotive: cl.Model, tmp_path: Path, times: tuple[float, ...], version: int
+) -> None:
+    controls = {f"c{i}": OpenLoop(sample_time=time) for i, time in enumerate(times)}
+    vehicle = braked_vehicle(with_memory(locomotive).wheelset, 1)
+    scenario = replace(vehicle, duration=37.0, controllers=controls)
+    path = cl.export_fmu(scenario, tmp_path / "x.fmu", fmi_version=version)
+    found = fmpy.read_model_description(str(path)).defaultExperiment
+    assert float(found.stopTime) == 37.0
+    for time in times:
+        steps = time / float(found.stepSize)
+        assert steps == pytest.approx(round(steps), rel=1e-9)
 
 
 def test_a_reference_run_that_fails_leaves_an_older_file_and_says_so(

@@ -17,7 +17,7 @@ from plain_scenario import plain_scenario, wet_patch
 
 import contactlib as cl
 from contactlib.runs.plant import ManyProfiles, Runs, common_step, timing
-from contactlib.traction import OpenLoop, stacked
+from contactlib.traction import stacked
 from contactlib.vehicle import Axle, CreepCurve, Drivetrain, DynamicLoad, Motor
 from contactlib.vehicle.available_force import AvailableForce, track_levels
 
@@ -93,8 +93,7 @@ def test_levels_of_a_track_are_where_it_does_not_change() -> None:
 def test_a_common_step_is_a_fraction_of_all_sample_times(
     longest: float, times: list[float], step: float
 ) -> None:
-    controls = [OpenLoop(sample_time=time) for time in times]
-    assert common_step(longest, controls) == pytest.approx(step, rel=1e-12)
+    assert common_step(longest, times) == pytest.approx(step, rel=1e-12)
 
 
 # ---- starts ---------------------------------------------------------------------------------

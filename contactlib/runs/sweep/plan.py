@@ -110,7 +110,8 @@ class Plan:
         It is the same under all of the sweep's controllers, so that metrics can be compared.
         """
         longest = default_step(scenario, LONGEST_STEP) if self.step is None else self.step
-        return common_step(longest, [scenario.controller(name) for name in self.controllers])
+        times = [scenario.controller(name).sample_time for name in self.controllers]
+        return common_step(longest, times)
 
     def check_machine(self) -> None:
         """Raise a RuntimeError if this is not the contactlib that made the plan."""
