@@ -74,8 +74,10 @@ class DrivetrainArrays(NamedTuple):
         Kinetic friction times nominal load [N].
     held, rigid : ndarray of bool
         Whether the speed is held; whether the axle is rigid.
-    stopped : ndarray
-        Speed below which a brake has stopped the vehicle; zero without a brake [m/s].
+    minimum_speed : ndarray
+        Minimum speed of the creepage, below which a brake has stopped the vehicle [m/s].
+    braked : ndarray of bool
+        Whether there is a brake.
     axles : int
         Number of drivetrains that make a vehicle.
     """
@@ -87,7 +89,8 @@ class DrivetrainArrays(NamedTuple):
     grip: FloatArray
     held: NDArray[np.bool_]
     rigid: NDArray[np.bool_]
-    stopped: FloatArray
+    minimum_speed: FloatArray
+    braked: NDArray[np.bool_]
     axles: int = 1
 
     @classmethod
@@ -103,12 +106,8 @@ class DrivetrainArrays(NamedTuple):
             np.array([element.friction.kinetic * element.axle_load for element in elements]),
             np.array([body.speed_held for body in bodies]),
             np.array([train.axle is None for train in drivetrains]),
-            np.array(
-                [
-                    0.0 if train.brake is None else train.wheelset.element.minimum_speed
-                    for train in drivetrains
-                ]
-            ),
+            np.array([element.minimum_speed for element in elements]),
+            np.array([train.brake is not None for train in drivetrains]),
             axles,
         )
 
@@ -146,17 +145,21 @@ class DerivedRows:
     @cached_property
     def _demand(self) -> FloatArray:
         """Demanded torque on the axle [N.m]; that of a brake is against the motion."""
-        demand, stopped = self._rows["demand"], self.drivetrains.stopped
-        if not stopped.any():
+        demand, braked = self._rows["demand"], self.drivetrains.braked
+        if not braked.any():
             return demand
-        speed = self["speed"]
-        moving = np.where(np.abs(speed) < stopped, 0.0, np.sign(speed))
-        return np.asarray(np.where((demand < 0.0) & (stopped > 0.0), demand * moving, demand))
+        moving = np.where(self.moves, np.sign(self["speed"]), 0.0)
+        return np.asarray(np.where((demand < 0.0) & braked, demand * moving, demand))
+
+    @cached_property
+    def moves(self) -> NDArray[np.bool_]:
+        """Whether the vehicle is at least as fast as the minimum speed, shape (rows, n)."""
+        return np.asarray(np.abs(self["speed"]) >= self.drivetrains.minimum_speed)
 
     @cached_property
     def brake_demand(self) -> FloatArray:
         """Torque that a brake follows, also one that holds a standing vehicle [N.m]."""
-        return np.where(self.drivetrains.stopped > 0.0, np.maximum(-self._rows["demand"], 0.0), 0.0)
+        return np.where(self.drivetrains.braked, np.maximum(-self._rows["demand"], 0.0), 0.0)
 
     @cached_property
     def braking(self) -> FloatArray:

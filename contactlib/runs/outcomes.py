@@ -124,10 +124,6 @@ def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
     return lambda rows: rows[name]
 
 
-def _larger(left: str, right: str) -> Callable[[DerivedRows], FloatArray]:
-    return lambda rows: np.maximum(np.abs(rows[left]), np.abs(rows[right]))
-
-
 def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
     """Part / whole, nan where the whole is zero."""
     nothing = np.full(whole.shape, np.nan)
@@ -147,12 +143,29 @@ def _totals(v: DrivetrainArrays) -> Callable[[Accumulator, Accumulator], FloatAr
     return lambda part, whole: _share(v.total(part.value()), v.total(whole.value()))
 
 
+def _sometimes(quantity: Callable[[DerivedRows], FloatArray]) -> Accumulator:
+    """Largest value, not below zero, of a quantity that is minus infinity where it does not apply.
+
+    It is nan where the quantity never applies.
+    """
+
+    def known(extremes: Extremes) -> FloatArray:
+        found = extremes.value()
+        return np.where(found == -np.inf, np.nan, np.maximum(found, 0.0))
+
+    return Combined(known, Extremes(quantity))
+
+
 def _overspeed(v: DrivetrainArrays) -> Accumulator:
-    excess = Extremes(lambda rows: np.abs(v.first(rows["speed"])) - v.first(rows["speed_limit"]))
-    return Combined(
-        lambda found: np.where(found.value() == -np.inf, np.nan, np.maximum(found.value(), 0.0)),
-        excess,
-    )
+    return _sometimes(lambda rows: np.abs(v.first(rows["speed"])) - v.first(rows["speed_limit"]))
+
+
+def _largest_creepage(v: DrivetrainArrays) -> Accumulator:
+    def size(rows: DerivedRows) -> FloatArray:
+        sizes = np.maximum(np.abs(rows["creepage_left"]), np.abs(rows["creepage_right"]))
+        return v.largest(np.where(rows.moves, sizes, -np.inf))
+
+    return _sometimes(size)
 
 
 def _speed_error(v: DrivetrainArrays) -> Accumulator:
@@ -267,9 +280,10 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
         ),
         "largest_creepage": Outcome(
             "1",
-            "largest size of a wheel's creepage",
-            lambda v: _largest(_larger("creepage_left", "creepage_right"), v),
+            "largest size of a wheel's creepage while the speed is at least the minimum speed",
+            _largest_creepage,
             percent=True,
+            missing="always slower than the minimum speed",
         ),
         "largest_slip_speed": Outcome(
             "m/s", "largest size of a wheel's slip speed", _largest_slip_speed
@@ -390,7 +404,7 @@ class Metrics(NamedTuple):
         The same over the time in which the demand exceeds the available force Q_a, so that Q_t =
         Q_a: int min(s Q, Q_a) dt / int Q_a dt; nan if friction never limits [1].
     largest_creepage : float
-        Largest |zeta| of a wheel [1].
+        Largest |zeta| of a wheel while |V| is at least the minimum speed [1]; nan if it never is.
     largest_slip_speed : float
         Largest |r omega - V| of a wheel [m/s].
     recovery_time : float

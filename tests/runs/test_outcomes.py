@@ -359,6 +359,14 @@ def test_extremes_sums_and_what_does_not_apply(held: Drivetrain, lossless: Drive
     assert metrics(run_of([0.0, 1.0]), held).energy_defect == 0.0
 
 
+def test_a_wheel_beside_a_vehicle_that_stands_has_no_creepage(held: Drivetrain) -> None:
+    """Its slip over almost no speed is any number; a run that stands has none."""
+    slowest = held.wheelset.element.minimum_speed
+    for speed, largest in (([10.0, slowest, 0.9 * slowest], 0.5), (0.0, math.nan)):
+        run = run_of([0.0, 1.0, 2.0], speed=speed, creepage_left=[0.0, -0.5, -310.0])
+        assert metrics(run, held).largest_creepage == pytest.approx(largest, nan_ok=True)
+
+
 def test_an_outcome_without_rows_has_no_value() -> None:
     with pytest.raises(ValueError, match="there is no row yet"):
         _known(None)
