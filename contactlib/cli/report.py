@@ -118,7 +118,7 @@ def write_report(
                 f"speed {event.speed:.6g} m/s, drive torque {event.drive_torque:.6g} N.m"
             )
         all_metrics[name], uniform = metrics(results[name], drivetrain), None
-        if not math.isnan(all_metrics[name].stopping_distance):
+        if math.isfinite(all_metrics[name].stopping_distance):
             uniform = run("the same on uniform friction", scenario.on_uniform_friction, ())
             all_metrics[name] = metrics(results[name], drivetrain, uniform=uniform)
         if scenario.axles > 1:

@@ -301,7 +301,7 @@ def _stop(result: Result, metrics: Metrics) -> str:
     begin, end = np.abs(result["speed"][[0, -1]])
     if end < STOPPED < begin:
         of_demand = metrics.stopping_distance
-        first = "" if math.isnan(of_demand) else f"{of_demand:.0f} m from the demand,\n"
+        first = f"{of_demand:.0f} m from the demand,\n" if math.isfinite(of_demand) else ""
         return f"\nstops {first}{abs(metrics.distance):.0f} m from the start"
     brakes = result["demand"][-1] * result["speed"][-1] < 0.0
     return f"\ndoes not stop within {np.ptp(result.time):g} s" if brakes else ""

@@ -355,8 +355,9 @@ class Stop:
             self._end = np.where(over, place, self._end)
 
     def value(self) -> FloatArray:
-        """Return the ways of the rows so far; nan for vehicles that have not stopped."""
-        return np.abs(_known(self._end) - _known(self._begin))
+        """Return the ways of the rows so far: infinite without a stop, nan without braking."""
+        way = np.abs(_known(self._end) - _known(self._begin))
+        return np.where(np.isnan(way) & ~np.isnan(_known(self._begin)), np.inf, way)
 
 
 class Locked:

@@ -40,6 +40,7 @@ from contactlib.runs.result import Result
 from contactlib.runs.signals import WORKS
 from contactlib.vehicle.drivetrain import Drivetrain
 
+NO_STOP = "does not stop within the run"
 MISJUDGED = "speed_misjudged"
 # Largest error of the speed that controllers get / highest speed [1]: at this slip wheel-slide
 # protection releases by default, so beyond it a wheel that rolls passes for one that slides.
@@ -116,8 +117,9 @@ def extended(names: Iterable[str]) -> dict[str, str]:
 
 
 def extension(value: ArrayLike, uniform: ArrayLike) -> FloatArray:
-    """Value / that on uniform friction - 1, nan where the latter is zero."""
-    return _share(np.asarray(value), np.asarray(uniform)) - 1.0
+    """Value / that on uniform friction - 1, nan where the latter is zero or infinite."""
+    least = np.where(np.isfinite(uniform), uniform, 0.0)
+    return np.where(np.isinf(value), np.inf, _share(np.asarray(value), least) - 1.0)
 
 
 def _signal(name: str) -> Callable[[DerivedRows], FloatArray]:
@@ -336,7 +338,8 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             "m",
             "distance from the first demand of braking to standstill",
             Stop,
-            missing="does not stop within the run",
+            infinite=NO_STOP,
+            missing="nothing brakes",
         ),
         "stopping_extension": Outcome(
             "1",
@@ -344,7 +347,8 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             Stop,
             extends="stopping_distance",
             percent=True,
-            missing="does not stop within the run",
+            infinite=NO_STOP,
+            missing="no stop to compare",
         ),
         "speed_error": Outcome(
             "m/s",
@@ -433,10 +437,11 @@ class Metrics(NamedTuple):
         Largest error of the energy balance / largest of all works and changes of the stored
         energy [1].
     stopping_distance : float
-        Distance from the first demand against the motion until the speed is below 0.1 m/s [m]; nan
-        if the vehicle does not stop.
+        Distance from the first demand against the motion until the speed is below 0.1 m/s [m];
+        infinite if the vehicle does not stop, nan if nothing brakes.
     stopping_extension : float
-        Stopping distance / that of the run on uniform friction - 1 [1]; nan without either.
+        Stopping distance / that of the run on uniform friction - 1 [1]; infinite if the vehicle
+        does not stop, nan without either.
     speed_error : float
         Largest error of the vehicle speed that the controllers get [m/s].
     locked_time : float
@@ -497,9 +502,9 @@ def _numbers(rows: Rows, names: Sequence[str], drivetrains: DrivetrainArrays) ->
 
 
 def comparison_table(metrics: Mapping[str, Metrics], *, within: str = "the run") -> str:
-    """Format metrics as text: a line for each metric, a column for each run.
+    """Format metrics as text: a line for each metric that applies, a column for each run.
 
-    A line for each metric without a value says why: a stop does not end `within` the run.
+    A further line says why a run has no value, or what "never" means: no stop `within` the run.
 
     Examples
     --------
@@ -517,7 +522,6 @@ def comparison_table(metrics: Mapping[str, Metrics], *, within: str = "the run")
     slip work            J     30000      30000
     slip share           1     0.013      0.013
     jerk                 m/s3    1.5        1.5
-    torsional peak       N.m       -          -
     distance             m       120        120
     energy defect        1     1e-09      1e-09
     stopping distance    m        90         90
@@ -526,14 +530,17 @@ def comparison_table(metrics: Mapping[str, Metrics], *, within: str = "the run")
     locked time          s         0          0
     locked work          J         0          0
     air used             1       1.1        1.1
-    - torsional peak: rigid axle
+    - recovery time: does not recover
     """
-    rows = [["metric", "unit", *metrics]]
+    rows, why = [["metric", "unit", *metrics]], ""
     for name, *values in zip(Metrics._fields, *metrics.values(), strict=True):
-        rows.append([name.replace("_", " "), OUTCOMES[name].unit, *map(_shown, values)])
-    lacking = [name for name, _, *row in rows if "-" in row]
-    why = (f"\n- {name}: {OUTCOMES[name.replace(' ', '_')].missing}" for name in lacking)
-    return fixed_width(rows) + "".join(why).replace("the run", within)
+        title, outcome, shown = name.replace("_", " "), OUTCOMES[name], [*map(_shown, values)]
+        if {*shown} == {"-"}:
+            continue
+        rows.append([title, outcome.unit, *shown])
+        for sign, meaning in (("-", outcome.missing), ("never", outcome.infinite)):
+            why += f"\n- {title}: {meaning}" if sign in shown else ""
+    return fixed_width(rows) + why.replace("the run", within)
 
 
 def write_comparison(
@@ -546,7 +553,7 @@ def write_comparison(
     """Write metrics.txt, metrics.csv and metrics.json to a folder; return their paths.
 
     The CSV file has a line for each run, with numbers to full precision, "nan" and "inf". In JSON,
-    which has neither, a metric that does not apply is null, and an infinite recovery is "never".
+    which has neither, a metric that does not apply is null, and an infinite one is "never".
 
     Parameters
     ----------
