@@ -34,7 +34,7 @@ from contactlib.stability import (
     worst_pole,
 )
 from contactlib.stability.poles import STEADY_ROLLING
-from contactlib.traction import OpenLoop
+from contactlib.traction import OpenLoop, ThresholdControl, WheelSlideProtection
 from contactlib.vehicle.continuous_control import ContinuousController
 
 if TYPE_CHECKING:
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
     from contactlib.runs.result import Result
     from contactlib.vehicle.drivetrain import Drivetrain
+
+WITHOUT_GAIN = OpenLoop, ThresholdControl, WheelSlideProtection
 
 
 class Reporter(Protocol):
@@ -258,16 +260,21 @@ def outlook(scenario: Scenario) -> list[str]:
 
     A line names the steepest point of the falling branch, its pole, and the gains that hold it with
     the delays of the loop: at the design speed and, if the run starts more slowly, at its first
-    speed, but not below the minimum speed. The last line reports rolling that is not steady.
+    speed, but not below the minimum speed. Where only a friction brake acts, under controllers
+    without a gain, it names the pole alone. The last line reports rolling that is not steady.
     """
     drivetrain, wheelset = scenario.drivetrain, scenario.drivetrain.wheelset
     start = max(abs(scenario.initial_speed), wheelset.element.minimum_speed)
     speeds = [scenario.design_speed, *([start] if start < scenario.design_speed else [])]
-    remembers = wheelset.element.memory
+    remembers, times = wheelset.element.memory, sample_times(scenario)
+    controls = map(scenario.any_controller, scenario.controllers)
+    brakes = drivetrain.brake is not None and max(scenario.demand.value) <= 0.0
+    if brakes and all(isinstance(control, WITHOUT_GAIN) for control in controls):
+        times = [0.0]
     lines, rates = [], {}
     for speed in speeds:
         rates[speed] = [0.0, *([] if remembers else drivetrain.vibrations)]
-        for sample_time in sample_times(scenario):
+        for sample_time in times:
             for friction, slope in sorted({scenario.rails.lowest, scenario.rails.highest}):
                 line, pole = _verdict(scenario, speed, sample_time, friction, slope)
                 lines.append(line)
@@ -286,7 +293,10 @@ def outlook(scenario: Scenario) -> list[str]:
 def _verdict(
     scenario: Scenario, speed: float, sample_time: float, friction: float, slope: float
 ) -> tuple[str, float]:
-    """Line on the steepest point of the falling branch under a speed and factors; its pole."""
+    """Line on the steepest point of the falling branch under a speed and factors; its pole.
+
+    A sample time of zero stands for controllers without a gain.
+    """
     drivetrain = scenario.drivetrain
     wheelset = drivetrain.wheelset.with_slope(slope)
     worst = worst_pole(wheelset, speed=speed, friction_scale=friction)
@@ -294,6 +304,12 @@ def _verdict(
     where += "" if slope == 1.0 else f", slope factor {slope:g}"
     if worst.pole <= 0.0:
         return f"{where}: no branch on which the wheel slips away under constant torque", 0.0
+    where = f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %"
+    frequency = reduced_frequency(wheelset, worst.pole, speed=speed)
+    rolling = f"reduced frequency p a/V {frequency:.2g}"
+    if sample_time == 0.0:
+        locks = f"at constant torque of the brake the wheel locks, pole {worst.pole:.4g} 1/s"
+        return f"{where}: {locks}; {rolling}", worst.pole
     plant = reduced_plant(wheelset, worst.creepage, speed=speed, friction_scale=friction)
     verdict = controllability(
         worst.pole,
@@ -304,12 +320,7 @@ def _verdict(
         sample_time=sample_time,
     )
     stay = "; control has to stay on the rising branch" if verdict.window.empty else ""
-    line = (
-        f"falling branch {where}, creepage {100.0 * worst.creepage:.3g} %: "
-        f"{verdict.text}{stay}; reduced frequency p a/V "
-        f"{reduced_frequency(wheelset, worst.pole, speed=speed):.2g}"
-    )
-    return line, worst.pole
+    return f"{where}: {verdict.text}{stay}; {rolling}", worst.pole
 
 
 def write_tuning(

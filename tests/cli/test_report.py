@@ -24,6 +24,7 @@ import contactlib as cl
 from contactlib.cli import report
 from contactlib.cli.commands import main
 from contactlib.cli.report import outlook
+from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import tuning
 from contactlib.runs.outcomes import OUTCOMES, comparison_table
 from contactlib.stability import reduced_plant
@@ -199,6 +200,19 @@ def test_the_outlook_is_given_at_the_speed_of_the_start_too(start: float, slow: 
     )
     assert expected.text in others[0]
     assert others[0].count(": holds") == (slow == "2")
+
+
+@pytest.mark.parametrize(("name", "gains"), [("wsp", 0), ("threshold", 0), ("creep_pi", 1)])
+def test_the_outlook_gives_gains_to_what_has_one(name: str, gains: int) -> None:
+    """Valves have none; that a braked wheel locks by its pole is true of any."""
+    coach = cl.load_scenario("coach_braking.toml")
+    designs = {"open": OpenLoop(sample_time=0.01), name: ControllerDesign(name, {})}
+    lines = outlook(dataclasses.replace(coach, controllers=designs))
+    worst = cl.worst_pole(
+        coach.drivetrain.wheelset, speed=coach.design_speed, friction_scale=11 / 6
+    )
+    assert f"pole {worst.pole:.4g} 1/s" in lines[-1]
+    assert all(("gain holds" in line or "g Kp" in line) == gains for line in lines)
 
 
 def test_the_outlook_names_a_curve_that_does_not_fall(rig: cl.Model) -> None:
