@@ -104,16 +104,16 @@ def write_report(
     all_metrics: dict[str, Metrics] = {}
     by_axle: dict[str, dict[str, Metrics]] = {}
 
-    def run(title: str, case: Scenario, signals: Sequence[str]) -> Result:
+    def run(title: str, case: Scenario, name: str, signals: Sequence[str] = ()) -> Result:
         try:
             with reporter.step(f"{scenario.name}: {title}") as progress:
                 return run_scenario(case, name, signals=signals, progress=progress)
         except RuntimeError as error:
             where = f"in the run of {title}; nothing is written to {output}"
-            raise RuntimeError(f"{error}, {where}") from None
+            raise RuntimeError(f"{error}, {where}") from error
 
     for name in names:
-        results[name] = run(name.replace("_", " "), scenario, signals)
+        results[name] = run(name.replace("_", " "), scenario, name, signals)
         for event in results[name].events:
             reporter.line(
                 f"{event.name:<12} at {event.time:.6g} s: creepage {event.creepage:.6g}, "
@@ -121,7 +121,7 @@ def write_report(
             )
         all_metrics[name], uniform = metrics(results[name], drivetrain), None
         if math.isfinite(all_metrics[name].stopping_distance):
-            uniform = run("the same on uniform friction", scenario.on_uniform_friction, ())
+            uniform = run("the same on uniform friction", scenario.on_uniform_friction, name)
             all_metrics[name] = metrics(results[name], drivetrain, uniform=uniform)
         if scenario.axles > 1:
             by_axle[name] = _by_axle(results[name], uniform, drivetrain)
@@ -270,7 +270,7 @@ def outlook(scenario: Scenario) -> list[str]:
     controls = map(scenario.any_controller, scenario.controllers)
     brakes = drivetrain.brake is not None and max(scenario.demand.value) <= 0.0
     if brakes and all(isinstance(control, WITHOUT_GAIN) for control in controls):
-        times = [0.0]
+        times = [0.0]  # without a verdict
     lines, rates = [], {}
     for speed in speeds:
         rates[speed] = [0.0, *([] if remembers else drivetrain.vibrations)]
@@ -293,10 +293,7 @@ def outlook(scenario: Scenario) -> list[str]:
 def _verdict(
     scenario: Scenario, speed: float, sample_time: float, friction: float, slope: float
 ) -> tuple[str, float]:
-    """Line on the steepest point of the falling branch under a speed and factors; its pole.
-
-    A sample time of zero stands for controllers without a gain.
-    """
+    """Line on the steepest point of the falling branch under a speed and factors; its pole."""
     drivetrain = scenario.drivetrain
     wheelset = drivetrain.wheelset.with_slope(slope)
     worst = worst_pole(wheelset, speed=speed, friction_scale=friction)

@@ -187,10 +187,8 @@ class Description:
         One axle's has its number, as in ``position[2]``.
     rails : bytes, optional
         File of a vehicle's rails.
-    duration : float or None, optional
-        Duration of a vehicle's run [s]. Default: none is known.
-    sample_times : sequence of float, optional
-        Those of its controllers, which are outside [s].
+    run : sequence of float, optional
+        Duration of a vehicle's run, and sample times of its controllers, which are outside [s].
     author, version : str or None, optional
         Of the exported model. Default: not stated.
     """
@@ -206,8 +204,7 @@ class Description:
     arrays: bool = True
     starts: Mapping[str, float] = field(default_factory=dict)
     rails: bytes = b""
-    duration: float | None = None
-    sample_times: Sequence[float] = ()
+    run: Sequence[float] = ()
     author: str | None = None
     version: str | None = None
 
@@ -227,8 +224,7 @@ class Description:
         for data in self.resources.values():
             digest.update(data)
         given = (self.text, self.start_values, self.booleans, self.author, self.version)
-        run = self.duration, *self.sample_times
-        digest.update(repr((*given, self.wheels, *self.per_wheel, *run)).encode())
+        digest.update(repr((*given, self.wheels, *self.per_wheel, *self.run)).encode())
         return f"{kernel.token()}-{self.kind}-{digest.hexdigest()[:16]}"
 
     @cached_property

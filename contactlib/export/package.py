@@ -12,7 +12,7 @@ import struct
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -74,9 +74,10 @@ def experiment(description: Description) -> Experiment:
         stable += native.get("step_size_hint")
     power = 10.0 ** math.floor(math.log10(min(stable)))
     step = max(round_number for n in (1, 2, 5) if (round_number := n * power) <= min(stable))
-    if description.duration is None:
+    if not description.run:
         return Experiment(STEPS * step, step)
-    return Experiment(description.duration, common_step(step, description.sample_times))
+    duration, *sample_times = description.run
+    return Experiment(duration, common_step(step, sample_times))
 
 
 def longest_step(description: Description) -> float:
@@ -147,13 +148,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
 
 
 def reference_run(description: Description) -> bytes:
-    """documentation/reference_run.csv; the README.txt beside it describes its rows.
-
-    Raises
-    ------
-    RuntimeError
-        If the integrator gives up.
-    """
+    """documentation/reference_run.csv; the README.txt beside it describes its rows."""
     inputs = reference_inputs(description)
     time = inputs.pop("time")
     contact, start = description.native_contact, description.start_values
@@ -167,10 +162,8 @@ def reference_run(description: Description) -> bytes:
             try:
                 native.advance(t - float(time[i - 1]))
             except RuntimeError as error:
-                raise RuntimeError(
-                    f"the reference run of the FMU fails before {t:g} s: {error}; no file is "
-                    "written, and an older one stays as it is"
-                ) from None
+                why = f"the reference run of the FMU fails before {t:g} s: {error}"
+                raise RuntimeError(f"{why}; an older file stays as it is") from None
         row = {name: float(column[i]) for name, column in inputs.items()}
         native.set(**row)
         if i == 0:
@@ -216,10 +209,10 @@ def describe(
         if text is not None and not printable:
             raise ValueError(f"{name} = {shown(text)} must be text in one line")
     starts: Mapping[str, float] = {}
-    rails, own, run = b"", list[str](), dict[str, Any]()
+    rails, own, run = b"", list[str](), list[float]()
     if isinstance(model, Scenario):
-        times = [model.controller(name).sample_time for name in model.controllers]
-        run = {"duration": model.duration, "sample_times": times}
+        controls = map(model.controller, model.controllers)
+        run = [model.duration, *(control.sample_time for control in controls)]
         model, starts, rails = parts_of(model)
         wheels = int(starts["axles"])
         own = ["position", "radius"] if wheels > 1 else []
@@ -233,7 +226,7 @@ def describe(
         per_wheel=(*own, *per_wheel),
         starts=starts,
         rails=rails,
-        **run,
+        run=run,
         author=author,
         version=version,
     )

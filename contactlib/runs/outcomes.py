@@ -146,16 +146,11 @@ def _totals(v: DrivetrainArrays) -> Callable[[Accumulator, Accumulator], FloatAr
 
 
 def _sometimes(quantity: Callable[[DerivedRows], FloatArray]) -> Accumulator:
-    """Largest value, not below zero, of a quantity that is minus infinity where it does not apply.
-
-    It is nan where the quantity never applies.
-    """
-
-    def known(extremes: Extremes) -> FloatArray:
-        found = extremes.value()
-        return np.where(found == -np.inf, np.nan, np.maximum(found, 0.0))
-
-    return Combined(known, Extremes(quantity))
+    """Largest value above zero of what is -inf where it does not apply; nan if it never does."""
+    return Combined(
+        lambda found: np.where(found.value() == -np.inf, np.nan, np.maximum(found.value(), 0.0)),
+        Extremes(quantity),
+    )
 
 
 def _overspeed(v: DrivetrainArrays) -> Accumulator:

@@ -166,30 +166,24 @@ def test_text_that_xml_cannot_hold_is_refused(
             export(locomotive, tmp_path / "x", **{name: text})
 
 
-@pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("times", [(0.01, 0.01), (0.01, 0.003)])
-def test_default_experiment_of_a_vehicle_is_its_run(
-    locomotive: cl.Model, tmp_path: Path, times: tuple[float, ...], version: int
-) -> None:
-    controls = {f"c{i}": OpenLoop(sample_time=time) for i, time in enumerate(times)}
-    vehicle = braked_vehicle(with_memory(locomotive).wheelset, 1)
-    scenario = replace(vehicle, duration=37.0, controllers=controls)
-    path = cl.export_fmu(scenario, tmp_path / "x.fmu", fmi_version=version)
+def test_default_experiment_of_a_vehicle_is_its_run(locomotive: cl.Model, tmp_path: Path) -> None:
+    controls = {"a": OpenLoop(sample_time=0.01), "b": OpenLoop(sample_time=0.003)}
+    scenario = braked_vehicle(locomotive.wheelset, 1)
+    scenario = replace(scenario, duration=37.0, controllers=controls)
+    path = cl.export_fmu(scenario, tmp_path / "x.fmu")
     found = fmpy.read_model_description(str(path)).defaultExperiment
     assert float(found.stopTime) == 37.0
-    for time in times:
-        steps = time / float(found.stepSize)
-        assert steps == pytest.approx(round(steps), rel=1e-9)
+    steps = np.array([0.01, 0.003]) / float(found.stepSize)
+    np.testing.assert_allclose(steps, steps.round(), rtol=1e-9)
 
 
-def test_a_reference_run_that_fails_leaves_an_older_file_and_says_so(
+def test_a_reference_run_that_fails_leaves_an_older_file(
     locomotive: cl.Model, tmp_path: Path
 ) -> None:
     """From rails that hold any torque onto rails that hold none."""
     rails = cl.Track(friction_left=cl.Profile((0.01, 0.01), (1e3, 1e-6)))
     scenario = replace(braked_vehicle(with_memory(locomotive).wheelset, 2), track=rails)
-    path = tmp_path / "Vehicle.fmu"
-    path.write_bytes(b"older")
-    with pytest.raises(RuntimeError, match=r"^the reference run of .* an older one stays as it is"):
-        cl.export_fmu(scenario, path)
-    assert path.read_bytes() == b"older"
+    (tmp_path / "x.fmu").write_bytes(b"older")
+    with pytest.raises(RuntimeError, match=r"^the reference run .* older file stays as it is$"):
+        cl.export_fmu(scenario, tmp_path / "x.fmu")
+    assert (tmp_path / "x.fmu").read_bytes() == b"older"
