@@ -13,10 +13,9 @@ import fmpy
 import fmpy.util
 import numpy as np
 import pytest
-from reference_fmus import INTERFACES, TOLERANCE, write
+from reference_fmus import INTERFACES, NAMES, TOLERANCE, write
 
 from contactlib import kernel
-from contactlib.export.description import MODEL_NAMES
 
 HELD = 100  # parts of a row: FMPy holds the inputs of model exchange for an interval of output
 pytestmark = pytest.mark.tools  # in CI those of a release
@@ -33,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_files_are_those_that_the_readme_names(folder: Path) -> None:
     ends = (".fmi2.fmu", ".fmi3.fmu", "_in.csv", *(f"_{interface}.csv" for interface in INTERFACES))
-    expected = {"README.md", *(f"{name}{end}" for name in MODEL_NAMES.values() for end in ends)}
+    expected = {"README.md", *(f"{name}{end}" for name in NAMES.values() for end in ends)}
     assert {path.name for path in folder.iterdir()} == expected
     text = (folder / "README.md").read_text(encoding="ascii")
     assert all(f"`NAME{end}`" in text for end in ends)
@@ -41,7 +40,7 @@ def test_files_are_those_that_the_readme_names(folder: Path) -> None:
 
 @pytest.mark.parametrize("interface", INTERFACES)
 @pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("name", MODEL_NAMES.values())
+@pytest.mark.parametrize("name", NAMES.values())
 def test_another_tool_gets_the_reference(
     folder: Path, name: str, version: int, interface: str
 ) -> None:
