@@ -172,6 +172,7 @@ class NativeVehicles:
             self.struct,
             pointer(np.ascontiguousarray(inputs), "drivetrain_input"),
             pointer(np.ascontiguousarray(states), "drivetrain_state"),
+            pointer(fleet.evaluate(inputs, states), "drivetrain_output"),
         )
 
 

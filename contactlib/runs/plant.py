@@ -65,7 +65,6 @@ FADING = 1.0  # below a speed limit, over which traction falls to zero [m/s]
 STANDING = 1e-200  # speed [m/s] or angular velocity [rad/s] at which power limits no torque
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
 STATIC = Profile.of(1.0)  # factor on the load
-SETTLING = 6  # times that the first state is found, each with the loads of the last one's forces
 TOLERANCE = Quantity("1", at_least=1e-12, at_most=1e-2)
 
 
@@ -637,7 +636,7 @@ class Plant:
         vehicles = self._vehicles
         if vehicles is not None:
             vehicles.begin(2.0 * self._load)
-        for _ in range(1 if vehicles is None else SETTLING):
+        for _ in range(1 if vehicles is None else kernel.library().SETTLING):
             self._advance(0, 0, 0.0)  # sets loads and friction at the start
             begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
             self._states[:] = begin.states

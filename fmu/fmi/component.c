@@ -12,7 +12,7 @@
 #include "half_space.h"
 #include "token.h"
 
-enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40, START_VALUES_VERSION = 4, STATE_VERSION = 3 };
+enum { MESSAGE_SIZE = 8192, NUMBER_SIZE = 40 };
 
 const char *const CATEGORIES[CATEGORY_COUNT] = {"logStatusWarning", "logStatusDiscard",
                                                 "logStatusError"};

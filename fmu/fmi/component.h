@@ -25,6 +25,9 @@ typedef enum {
 #define ANY_STAGE 0xFFu
 #define RUNNING (IN(EVENTS) | IN(CONTINUOUS) | IN(STEPPING))
 
+/* Formats of the files and states that are read. */
+enum { START_VALUES_VERSION = 4, STATE_VERSION = 3 };
+
 enum { CATEGORY_COUNT = 3, FLAG_COUNT = 6, MAX_VARIABLES = 128, MAX_STATES = 256, TOKEN_SIZE = 80 };
 
 /* Names of the log's categories, by rising severity. */

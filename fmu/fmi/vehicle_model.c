@@ -97,20 +97,26 @@ static void look(const creep_table *table, model_values *values, size_t n, drive
     move(d, values, n, 0.0, 1.0);
 }
 
+/* Take the axles with their forces at this instant, and as they would be after long under these. */
+static void settle(const creep_table *table, model_values *values, size_t n, drivetrains *d,
+                   drivetrain_output *out, force_element_output *contact) {
+    look(table, values, n, d);
+    drivetrains_evaluate(d->member, n, 1, d->input, d->state, out, contact);
+    vehicles_settle(d->member, n, n, &d->whole, d->input, d->state, out);
+}
+
 void evaluate_vehicle(const creep_table *table, model_values *values, size_t n) {
     drivetrains d;
     drivetrain_output out[MAX_AXLES];
     force_element_output contact[2 * MAX_AXLES];
-    vehicle_forces forces = {.towed_force = 0.0};
-    double load[MAX_AXLES], speed_rate = 0.0;
-    look(table, values, n, &d);
-    drivetrains_evaluate(d.member, n, 1, d.input, d.state, out, contact);
+    double speed_rate = 0.0;
+    settle(table, values, n, &d, out, contact);
     for (size_t i = 0; i < n; i++) {
         model_values *v = &values[i];
         const drivetrain_input *in = &d.input[i];
         const force_element_output *left = &contact[2 * i], *right = left + 1;
         double force = out[i].creep_force_left + out[i].creep_force_right;
-        wheelset_parameters body = on_grade(&d.train[i].body, in->grade);
+        const wheelset_parameters *body = &d.train[i].body;
         v->output = *left;
         v->output.creep_force = force;
         v->output.creepage = 0.5 * (left->creepage + right->creepage);
@@ -119,37 +125,26 @@ void evaluate_vehicle(const creep_table *table, model_values *values, size_t n) 
         v->output.falling_branch = larger(left->falling_branch, right->falling_branch);
         v->output.falling_margin = larger(left->falling_margin, right->falling_margin);
         v->rates.omega_rate =
-            (out[i].drive_torque - body.radius * force - body.damping * v->input.omega) /
-            body.inertia;
+            (out[i].drive_torque - body->radius * force - body->damping * v->input.omega) /
+            body->inertia;
         speed_rate += out[i].speed_rate / (double)n;
-        forces.creep_force[i] = force;
-        forces.omega_rate[i] = v->rates.omega_rate;
-        forces.acceleration += body.grade_acceleration / (double)n;
-        forces.towed_force += in->resistance_force;
-        forces.radius[i] = body.radius;
-        double slip = body.radius * v->input.omega - v->input.speed;
-        double per_way = 1.0 / larger(fabs(v->input.speed), body.minimum_speed);
         double missing = v->brake_torque - v->axle.acting_brake;
         double fill = missing > 0.0 ? v->axle.brake_fill_time : v->axle.brake_vent_time;
         int braked = v->axle.brake_fill_time > 0.0, lagging = v->axle.motor_lag > 0.0;
         double command = braked ? larger(in->commanded_torque, 0.0) : in->commanded_torque;
-        v->pads_rate = braking_of(body.radius, v->input.omega, v->pads).pads_rate;
+        v->pads_rate = braking_of(body->radius, v->input.omega, v->pads).pads_rate;
         v->of_axle = (axle_outputs){
             .distance_rate = v->input.speed,
             .drive_torque = out[i].drive_torque,
             .friction = 0.5 * (in->friction_left + in->friction_right),
             .motor_rate = lagging ? (command - v->axle.acting_motor) / v->axle.motor_lag : 0.0,
             .brake_rate = braked ? missing / fill : 0.0,
+            .load_rate = (d.axle[i].load - v->input.normal_load) / d.body.load_lag,
             .right_rate = {right->held_rate, right->unslipped_rate, right->outer_rate},
-            .slip_left = larger(out[i].creep_force_left * slip, 0.0) * per_way,
-            .slip_right = larger(out[i].creep_force_right * slip, 0.0) * per_way};
+            .slip_left = d.axle[i].own_left,
+            .slip_right = d.axle[i].own_right};
     }
-    forces.acceleration += speed_rate;
-    loads_by_statics(&d.body, &forces, load);
-    for (size_t i = 0; i < n; i++) {
-        values[i].rates.speed_rate = speed_rate;
-        values[i].of_axle.load_rate = (load[i] - values[i].input.normal_load) / d.body.load_lag;
-    }
+    for (size_t i = 0; i < n; i++) values[i].rates.speed_rate = speed_rate;
 }
 
 const char *advance_vehicle(const creep_table *table, model_values *values, size_t n, double step,
@@ -179,11 +174,10 @@ const char *advance_vehicle(const creep_table *table, model_values *values, size
 }
 
 void begin_vehicle(const creep_table *table, model_values *values, size_t n) {
-    enum { SETTLING = 6 }; /* as the forces depend on the loads */
     drivetrains d;
+    drivetrain_output out[MAX_AXLES];
     for (int k = 0; k < SETTLING; k++) {
-        look(table, values, n, &d);
-        vehicles_settle(d.member, n, n, &d.whole, d.input, d.state);
+        settle(table, values, n, &d, out, NULL);
         for (size_t i = 0; i < n; i++) {
             values[i].past = d.axle[i];
             values[i].input.normal_load = d.axle[i].load;

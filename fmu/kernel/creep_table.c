@@ -52,7 +52,7 @@ double creep_table_initial_slope(const creep_table *table, double k_hat, double 
 
 /* The frame is followed by the struct's members up to the coefficients, 104 characters that name
  * the law, and the coefficients. */
-enum { TABLE_VERSION = 3, TABLE_HEADER = 216 };
+enum { TABLE_HEADER = 216 };
 ASSERT_LAYOUT(header,
               CHECKED_FILE_FRAME + offsetof(creep_table, coefficients) + 104 == TABLE_HEADER);
 

@@ -74,6 +74,8 @@ typedef struct {
     double weight;              /* x (1 - u)^d; u in a table of one axis */
 } creep_node;
 
+enum { TABLE_VERSION = 3 }; /* of the file's format */
+
 /* Open a table file in memory that is aligned to 8 bytes and must outlive the table. Returns NULL,
  * or an error message. */
 CONTACTLIB_API const char *creep_table_open(creep_table *table, const void *bytes, size_t size);

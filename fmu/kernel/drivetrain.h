@@ -98,11 +98,12 @@ CONTACTLIB_API void drivetrains_advance(const drivetrain_member *members, size_t
                                         drivetrain_state *state, double time, double step,
                                         double tolerance, double *substep, unsigned char *failed);
 
-/* Let the loads and the axles' own slip work be those of the present forces, as if nothing had
- * changed for long. */
+/* Let the loads and the axles' own slip work be those of the forces in the outputs, as if nothing
+ * had changed for long. The forces depend on the loads: at a start this is done SETTLING times. */
+enum { SETTLING = 6 };
 CONTACTLIB_API void vehicles_settle(const drivetrain_member *members, size_t n, size_t axles,
                                     vehicle *vehicles, const drivetrain_input *input,
-                                    const drivetrain_state *state);
+                                    const drivetrain_state *state, const drivetrain_output *output);
 
 /* Outputs of n drivetrains, for several rows of inputs and states, and unless it is NULL those of
  * the contacts of each one's left and right wheel, whose forces are those of both wheels under

@@ -5,7 +5,7 @@
 
 #include "checked_file.h"
 
-enum { RAILS_VERSION = 1, PROFILES = 5, RANGE_NUMBERS = sizeof(rail_range) / sizeof(double) };
+enum { PROFILES = 5, RANGE_NUMBERS = sizeof(rail_range) / sizeof(double) };
 
 static const double MAX_NODES = 1 << 20, MIN_FACTOR = 1e-300, MAX_FACTOR = 1e6, MAX_GRADE = 1.0;
 

@@ -5,6 +5,8 @@
 #include "track.h"
 #include "vehicle.h"
 
+enum { RAILS_VERSION = 1 }; /* of the file's format */
+
 typedef struct vehicle_rails {
     track factors;
     vehicle cleaned; /* without a body and axles */

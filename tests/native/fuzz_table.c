@@ -20,7 +20,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     size_t length = in.left;
     unsigned char *bytes = room(length, 1); /* aligned to 16 bytes */
     take(&in, bytes, length);
-    if (mended && length >= CHECKED_FILE_FRAME) checked_file_frame(bytes, length, "CREEPTAB", 3);
+    if (mended && length >= CHECKED_FILE_FRAME)
+        checked_file_frame(bytes, length, "CREEPTAB", TABLE_VERSION);
 
     creep_table table;
     const char *error = creep_table_open(&table, bytes, length);

@@ -645,13 +645,14 @@ static void test_table_headers(void) {
         memcpy(bytes + 72, &one, 4);
         if (wrong[i].size == 4) memcpy(bytes + wrong[i].at, &whole, 4);
         else memcpy(bytes + wrong[i].at, &wrong[i].value, 8);
-        checked_file_frame(bytes, sizeof words, "CREEPTAB", 3);
+        checked_file_frame(bytes, sizeof words, "CREEPTAB", TABLE_VERSION);
         const char *error = creep_table_open(&table, bytes, sizeof words);
         CHECK((error == NULL) == (wrong[i].message == NULL));
         CHECK(error == NULL || strstr(error, wrong[i].message) != NULL);
-        checked_file_frame(bytes, sizeof words - 8, "CREEPTAB", 3); /* a coefficient is missing */
+        checked_file_frame(bytes, sizeof words - 8, "CREEPTAB",
+                           TABLE_VERSION); /* a coefficient is missing */
         CHECK(creep_table_open(&table, bytes, sizeof words - 8) != NULL);
-        checked_file_frame(bytes, HEADER - 8, "CREEPTAB", 3);
+        checked_file_frame(bytes, HEADER - 8, "CREEPTAB", TABLE_VERSION);
         CHECK(creep_table_open(&table, bytes, HEADER - 8) != NULL);
     }
     for (int i = 0; i < 3; i++) { /* one cell in each direction, and no other spline */
@@ -663,7 +664,7 @@ static void test_table_headers(void) {
         words[4] = 2.0;
         memcpy(bytes + LAYERS, cells, sizeof cells);
         memcpy(bytes + HEADER + 4 * (NUMBERS - 1), &number, 4);
-        checked_file_frame(bytes, sizeof words, "CREEPTAB", 3);
+        checked_file_frame(bytes, sizeof words, "CREEPTAB", TABLE_VERSION);
         CHECK((creep_table_open(&table, bytes, sizeof words) == NULL) == (i == 0));
     }
 }

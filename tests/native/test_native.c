@@ -768,7 +768,11 @@ static void test_vehicles(const creep_table *table, const force_element_paramete
                                     .work = work[k][i],
                                     .nodes = NODES};
         }
-        if (follows) vehicles_settle(members, ALL, AXLES, vehicles, in, state[k]);
+        if (follows) {
+            drivetrain_output out[ALL];
+            drivetrains_evaluate(members, ALL, 1, in, state[k], out, NULL);
+            vehicles_settle(members, ALL, AXLES, vehicles, in, state[k], out);
+        }
         for (int row = 0; row < 20; row++)
             known[w % count].advance(members, ALL, AXLES, follows ? vehicles : NULL, in, state[k],
                                      1e-3 * row, 1e-3, 1e-4, tried, failed);
