@@ -49,7 +49,7 @@ def braked_vehicle(wheelset: cl.Wheelset, n: int, **changes: Any) -> cl.Scenario
         position=tuple(2.5 * i + 5.0 * (i // 2) for i in range(n)), body_mass=18e3 * n,
         bogie_mass=1e3, wheelset_mass=1.5e3, train_mass=1e4, body_height=1.6, bogie_height=0.5,
         pivot_height=0.6, coupler_height=1.0, pitch_inertia=50.0,
-        axles_per_bogie=2 if n > 2 else 1, **changes,
+        axles_per_bogie=2 if n > 2 and n % 2 == 0 else 1, **changes,
     )  # fmt: skip
     body = replace(wheelset, mass=vehicle.mass / n)
     brake = Brake(fill_time=0.25, vent_time=0.12)

@@ -325,9 +325,10 @@ static const char *name_at(const component *self, const model_variable *v, size_
 
 #define NAME_AT(v, wheel) name_at(self, v, wheel, (char[TOKEN_SIZE]){0})
 
-/* Beginning of a message about one of several wheels. */
+/* Beginning of a message about one of several wheels or axles. */
 static const char *wheel_text(const component *self, size_t wheel, char text[NUMBER_SIZE]) {
-    if (self->wheels > 1) snprintf(text, NUMBER_SIZE, "wheel %zu: ", wheel + 1);
+    const char *part = self->model->is_vehicle ? "axle" : "wheel";
+    if (self->wheels > 1) snprintf(text, NUMBER_SIZE, "%s %zu: ", part, wheel + 1);
     return text;
 }
 
@@ -445,7 +446,8 @@ static int is_first(component *self, single_warning warning) {
 }
 
 /* Log once that a wheel slips without a force because the tool has set no load or friction yet: it
- * may set unconnected inputs to zero. A wheel that lifts off had a load before. */
+ * may set unconnected inputs to zero. A wheel that lifts off had a load before, or is a vehicle's,
+ * whose loads are no inputs. */
 static void check_grip(component *self, size_t wheel) {
     const model_values *v = &self->now->values[wheel];
     const creep_forces_input *at = &v->ellipse;
@@ -453,7 +455,7 @@ static void check_grip(component *self, size_t wheel) {
     int any = self->model->has_bodies;
     double normal_load = any ? at->normal_load : v->input.normal_load;
     double scale = any ? at->friction_scale : v->input.friction_scale;
-    int load = normal_load > 0.0, friction = scale > 0.0;
+    int load = self->model->is_vehicle || normal_load > 0.0, friction = scale > 0.0;
     int slips = any ? at->creepage_x != 0.0 || at->creepage_y != 0.0 || at->spin != 0.0
                     : v->contact.radius * v->input.omega != v->input.speed;
     if (!(slips || (load && friction)) || !is_first(self, NO_GRIP) || (load && friction)) return;
@@ -686,7 +688,8 @@ result component_step(component *self, double point, double step) {
         return component_log(
             self, RESULT_DISCARD,
             "%sthe step of %s s from %s s: %s; take steps of at most %s s, or a larger tolerance",
-            WHEEL(failed), SHOWN(step), SHOWN(point), error, SHOWN(longest));
+            self->model->is_vehicle ? "" : WHEEL(failed), SHOWN(step), SHOWN(point), error,
+            SHOWN(longest));
     }
     if (!states_in_range(self)) {
         memcpy(self->now, self->before, state_size(self));

@@ -129,10 +129,13 @@ ALWAYS_INLINE double slowest_speed(const force_element_parameters *p) {
     return remembers(p) ? STANDSTILL : p->minimum_speed;
 }
 
+/* Part of the nominal load below which errors of forces no longer shrink with the load. */
+static const double SMALL_LOAD = 1e-3;
+
 /* What errors of a held force are relative to [N]: beyond a thousand times the load, far above any
  * friction, a substep has diverged, and an error relative to its end would be small. */
 ALWAYS_INLINE double force_scale(const force_element_parameters *p, double load, double held) {
-    double weight = larger(load, 1e-3 * p->nominal_load);
+    double weight = larger(load, SMALL_LOAD * p->nominal_load);
     return smaller(held, 1e3 * weight) + p->kinetic_friction * weight;
 }
 

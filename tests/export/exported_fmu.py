@@ -16,10 +16,10 @@ from contactlib.export import fmu_page, package
 from contactlib.export.description import Description
 
 
-def fitting(model: Any, name: str) -> Any:
-    """The model for a kind of FMU of `EXPORTS`; for a vehicle a scenario of one axle like it."""
+def fitting(model: Any, name: str, axles: int = 1) -> Any:
+    """The model for a kind of FMU of `EXPORTS`; for a vehicle a scenario of axles like it."""
     if name == "vehicle" and isinstance(model, cl.Model):
-        return braked_vehicle(with_memory(model).wheelset, 1)
+        return braked_vehicle(with_memory(model).wheelset, axles)
     return with_memory(model) if name.endswith("memory") else model
 
 

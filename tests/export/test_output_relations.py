@@ -458,7 +458,7 @@ class Momentum:
 
 
 MODES: dict[str, dict[str, Any]] = {
-    **{name: {} for name in EXPORTS if name != "vehicle"},
+    **{name: {} for name in EXPORTS if name != "vehicle"},  # test_vehicle_fmu.py has its relations
     "force_element parallel": {"parallel_exchange": True},
     "force_element-implicit parallel": {"parallel_exchange": True},
     "force_element-memory implicit": {"implicit": True},

@@ -43,6 +43,7 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "cohesive-layer-memory": ("rig", {**LAYER, "memory": True}, {}),
 }
 COMPILED = ("layer-fall-memory", "heat-memory", "cohesive-layer-memory")  # each takes seconds
+# Values of a vehicle are set in test_vehicle_fmu.py.
 KINDS = ("force_element", "wheelset", "wheelset_body", "creep_forces")
 HELD = ("elliptic", "memory", "softening", "poisson_ratio")  # those of the exported contact
 STATES = {  # over the load, but for the part that has not slipped

@@ -6,15 +6,16 @@ import ctypes
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
+from brake_pads import GIVE, held_by
 from command_line import done
-from exported_fmu import exported
+from exported_fmu import described, exported
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from fmu_instance import Instance, Wheels
@@ -220,6 +221,196 @@ def test_derivatives_contain_the_other_axles(wheelset: cl.Wheelset, tmp_path: Pa
         assert not tool.log
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_outputs_and_rates_are_consistent(
+    wheelset: cl.Wheelset, tmp_path: Path, version: int
+) -> None:
+    """In traction, with a motor that brakes, under the brake, backwards, and with no load."""
+    scenario = braked_vehicle(wheelset, 2)
+    vehicle, train = scenario.vehicle, scenario.drivetrain
+    body, brake, davis = train.wheelset, train.brake, train.wheelset.resistance
+    assert vehicle is not None
+    assert brake is not None
+    torques = ("motor_torque", "acting_motor_torque", "brake_torque", "acting_brake_torque")
+    rest = {"held_force_left": [3e4, 5e3], "held_force_right": [2e4, 7e3], "slip": [0.05, 0.6]}
+    rest |= {name: [0.0, 0.0] for name in torques} | {"axle_load": [2e5, 2.2e5]}
+    rest |= {name: [1.0, 1.0] for name in ("friction_scale", "pads")}
+    places: list[dict[str, Any]] = [
+        {"motor_torque": [9e3, 2e3], "acting_motor_torque": [8e3, 1e3]},
+        {"motor_torque": [-9e3, 0.0], "slip": [-0.01, 0.003], "friction_scale": [0.5, 1.2]},
+        {"brake_torque": [4e3, 6e3], "acting_brake_torque": [5e3, 2e3], "pads": [1.0, 0.7]},
+        {"speed": -8.0, "slip": [-0.02, -0.1], "pads": [0.5, -1.0], "grade": 0.02},
+        {"axle_load": [3e5, 0.0], "slip": [0.02, 0.3]},
+    ]
+    shared, falling = ("speed", "distance", "acceleration"), set[bool]()
+    with Instance(exported(scenario, tmp_path, "vehicle", version), exchange=True) as tool:
+        axles = Wheels(tool.start(), 2)
+        tool.fmu.newDiscreteStates() if version == 2 else tool.fmu.updateDiscreteStates()
+        tool.fmu.enterContinuousTimeMode()
+        names = [name for name in axles.outputs if name not in shared]
+        assert {*names} <= {*rest, *OUTPUTS, *MEMORY}  # which have a relation below
+        names += [f"der({n})" for n in ("omega", "pads", "axle_load", *torques[1::2])]
+        for place in places:
+            speed, grade = place.pop("speed", 10.0), place.pop("grade", 0.0)
+            given = {name: np.array(values) for name, values in (rest | place).items()}
+            rim = given.pop("slip") + speed
+            tool.set(speed=speed, grade=grade)
+            axles.set(omega=(rim / body.radius).tolist(), **{n: [*v] for n, v in given.items()})
+            got = {name: np.array(axles.get(name)) for name in names}
+            load, force, torque = (got[n] for n in ("axle_load", "creep_force", "drive_torque"))
+            pads = np.transpose([held_by(*at) for at in zip(given["pads"], rim, strict=True)])
+            command, motor, demand, braking = (given[name] for name in torques)
+            fill = np.where(demand > braking, brake.fill_time, brake.vent_time)
+            drag = davis.constant * np.sign(speed) + davis.linear * speed
+            drag += davis.quadratic * speed * abs(speed)
+            pull = (force.sum() - 2.0 * drag) / vehicle.mass
+            moment = torque - body.radius * force - body.damping * rim / body.radius
+            turning = {"radius": body.radius, "omega_rate": got["der(omega)"]}
+            loads = vehicle.loads(force, acceleration=pull, **turning)
+            for name, expected in {
+                "creepage": (rim - speed) / abs(speed),
+                "creep_force": 0.5 * (given[MEMORY[0]] + given[MEMORY[1]]) * (load > 0.0),
+                "drive_torque": motor - pads[0] * braking,
+                "der(omega)": moment / body.inertia,
+                "der(pads)": pads[1],
+                "der(acting_motor_torque)": (np.maximum(command, 0.0) - motor) / train.motor.lag,
+                "der(acting_brake_torque)": (demand - braking) / fill,
+                "der(axle_load)": (loads - load) / vehicle.load_lag,
+            }.items():
+                np.testing.assert_allclose(got[name], expected, 1e-9, 1e-9, err_msg=name)
+            acceleration = pull - STANDARD_GRAVITY * grade
+            found = tool.get("acceleration", "der(speed)", "der(distance)")
+            assert found == pytest.approx([acceleration, acceleration, speed], rel=1e-9)
+            largest = body.element.friction.static * got["friction"] * load
+            assert (got["available_force"] <= largest).all()
+            assert ((got["available_force"] > 0.0) == (load > 0.0)).all()
+            assert (got["friction"] >= given["friction_scale"]).all()
+            falling |= {value > 0.0 for value in axles.get("falling_indicator")}
+    assert falling == {False, True}
+
+
+def test_energy_is_kept_through_a_reversal(wheelset: cl.Wheelset, tmp_path: Path) -> None:
+    """Motors drive the vehicle on, then a coupler pulls it back."""
+    scenario, step, coupler = braked_vehicle(wheelset, 2), 2e-3, 0.0
+    vehicle, body = scenario.vehicle, scenario.drivetrain.wheelset
+    assert vehicle is not None
+    with Instance(exported(scenario, tmp_path, "vehicle", 2)) as tool:
+        axles = Wheels(tool.initialize(tolerance=1e-8), 2)
+        tool.set(speed=0.2, **{f"{n}_resistance": 0.0 for n in ("constant", "linear", "quadratic")})
+        tool.fmu.exitInitializationMode()
+        axles.set(motor_torque=[6e3, 4e3])
+
+        def now() -> tuple[float, float, float]:
+            """Speed, kinetic energy and its rate by forces."""
+            names = ("omega", "creep_force", "drive_torque")
+            (speed,), (omega, force, torque) = (
+                tool.get("speed"),
+                np.array(list(map(axles.get, names))),
+            )
+            lost = body.damping * omega**2 + force * (body.radius * omega - speed)
+            stored = 0.5 * (vehicle.mass * speed**2 + body.inertia * omega @ omega)
+            return speed, stored, float(torque @ omega - lost.sum() - coupler * speed)
+
+        start, work, speeds = now(), [0.0], [0.2]
+        for k in range(300):
+            if k == 50:
+                coupler = 1e5
+                tool.set(rear_coupler_force=coupler)
+                axles.set(motor_torque=[0.0, 0.0])
+            before = now()
+            tool.step(step * k, step)
+            after = now()
+            work.append(0.5 * step * (before[2] + after[2]))
+            speeds.append(after[0])
+    assert max(speeds) > 0.2 > 0.0 > -0.2 > min(speeds)
+    assert abs(after[1] - start[1] - sum(work)) < 1e-3 * np.abs(work).sum()
+
+
+def test_brakes_hold_the_vehicle_on_a_grade(wheelset: cl.Wheelset, tmp_path: Path) -> None:
+    """It stops, and no wheel turns back by more than its pads give."""
+    scenario = braked_vehicle(wheelset, 2)
+    body = scenario.drivetrain.wheelset
+    with Instance(exported(scenario, tmp_path, "vehicle", 3)) as tool:
+        axles = Wheels(tool.initialize(), 2)
+        tool.set(speed=0.5, grade=-0.01)
+        axles.set(brake_torque=[2e4, 1e4])
+        tool.fmu.exitInitializationMode()
+        turned, places = np.zeros(2), [0.0]
+        for k in range(300):
+            tool.step(0.01 * k, 0.01)
+            turned += 0.01 * np.minimum(axles.get("omega"), 0.0)
+            places.append(tool.get("distance")[0])
+        assert body.radius * turned.min() > -2.0 * GIVE
+        assert places[-1] > max(places) - 2.0 * GIVE
+        assert np.abs(axles.get("omega")).max() < 1e-6
+        assert tool.log == []
+
+
+@pytest.mark.parametrize("outer", ["front_coupler_force", "rear_coupler_force"])
+def test_an_axle_lifts_off_and_comes_back(
+    wheelset: cl.Wheelset, tmp_path: Path, outer: str
+) -> None:
+    """In the air its wheels have no force, and only its motor turns them."""
+    scenario, air = braked_vehicle(wheelset, 2), 0 if outer.startswith("front") else 1
+    body, torque = scenario.drivetrain.wheelset, 2e3
+    with Instance(exported(scenario, tmp_path, "vehicle", 2)) as tool:
+        axles = Wheels(tool.start(**({outer: 2e6} if air == 0 else {})), 2)  # there, or later
+        tool.set(**{outer: 2e6})
+        axles.set(motor_torque=[torque, torque])
+        for k in range(80):
+            if k == 50:
+                got = {n: axles.get(n)[air] for n in ("axle_load", "omega", "der(omega)")}
+                assert got["axle_load"] < 1e-4 * body.element.axle_load
+                alone = (torque - body.damping * got["omega"]) / body.inertia
+                assert got["der(omega)"] == pytest.approx(alone, rel=1e-3)
+                tool.set(**{outer: 0.0})
+            tool.step(0.01 * k, 0.01)
+        loads, factors = np.array(axles.get("axle_load")), np.array(axles.get("friction"))
+        grip = body.element.friction.static * factors * loads
+        assert loads.min() > 0.5 * body.element.axle_load
+        assert (np.abs(axles.get("creep_force")) <= grip).all()
+        assert min(np.abs(axles.get("creep_force"))) > 1e3
+        assert tool.log == []
+
+
+def test_values_that_are_set_are_those_of_a_changed_vehicle(
+    wheelset: cl.Wheelset, tmp_path: Path
+) -> None:
+    """Geometry, masses, lags, wheels and start of another scenario: the same bits afterwards."""
+    random, scenario = np.random.default_rng(3), braked_vehicle(wheelset, 2)
+    folder, nominal = exported(scenario, tmp_path, "vehicle", 2), described(scenario).start_values
+    vehicle, train = scenario.vehicle, scenario.drivetrain
+    assert vehicle is not None
+    assert train.brake is not None
+
+    def other(part: Any, *names: str) -> Any:
+        factors = dict(zip(names, random.uniform(0.9, 1.1, len(names)).tolist(), strict=True))
+        return replace(part, **{name: getattr(part, name) * f for name, f in factors.items()})
+
+    numbers = [f.name for f in fields(vehicle)][2:-2]  # without axles and drives
+    moved = replace(other(vehicle, *numbers), position=(0.0, 2.7))
+    body = other(replace(train.wheelset, mass=moved.mass / 2.0), "inertia", "damping")
+    drive = {
+        "brake": other(train.brake, "fill_time", "vent_time"),
+        "motor": other(train.motor, "lag"),
+    }
+    changes = {"vehicle": moved, "drivetrain": replace(train, wheelset=body, **drive)}
+    changed = replace(scenario, **changes, initial_speed=12.0)
+    start = described(changed).start_values
+    values = {name: value for name, value in start.items() if nominal[name] != value}
+    given = {"motor_torque[1]": 9e3, "brake_torque[2]": 4e3, "rear_coupler_force": 3e4}
+    ends = []
+    for place, known in ((folder, values), (exported(changed, tmp_path, "vehicle", 2), {})):
+        with Instance(place).initialize() as tool:
+            tool.set(**{n: v for n, v in known.items() if n in tool.references}, **given)
+            tool.fmu.exitInitializationMode()
+            for k in range(20):
+                tool.step(0.02 * k, 0.02)
+            ends.append(tool.get(*sorted(tool.references)))
+    assert {*numbers, "speed", "motor_lag", "position[2]"} <= {*values}
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
+
+
 RAILS = [1e-3, 1.0, 0.1, 1024.0, 2.0, 0.0, 5.0, 1.0, 0.5, 0.0, *(1.0, 0.0, 1.0) * 2, 1.0, 0.0, 0.0]
 
 
@@ -273,6 +464,7 @@ def test_damaged_resource_is_refused_with_its_name(wheelset: cl.Wheelset, tmp_pa
         ({"axles_per_bogie": 3.0}, "axles_per_bogie = 3 must give two or more bogies of 4 axles"),
         ({"position[3]": 2.0}, "position[3] = 2 is out of range: must be above position[2] = 2.5"),
         ({"load_lag": 0.0}, "load_lag = 0 is out of range"),
+        ({"static_friction": 0.1}, "axle 1: static_friction = 0.1 is out of range"),
         ({"brake_torque[2]": -1.0}, "brake_torque[2] = -1 is out of range"),
     ],
 )

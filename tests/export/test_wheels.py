@@ -40,6 +40,7 @@ def inputs_at(names: list[str], wheel: int, step: int) -> dict[str, float]:
     return {name: INPUTS[name](wheel, step) for name in names if name in INPUTS}
 
 
+# Axles of a vehicle are no single ones: test_vehicle_fmu.py has them.
 CASES = [name for name in EXPORTS if name not in ("wheelset_body", "vehicle")]
 
 
