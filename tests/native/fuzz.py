@@ -28,7 +28,7 @@ from fmu_instance import EXPORTS
 from native_programs import SANITIZED, Build, compiler
 from seeds import write_seeds
 
-LONGEST = {"table": 8192, "start_values": 1024, "fmi": 1024}  # input of each target [bytes]
+LONGEST = {"table": 8192, "start_values": 4096, "fmi": 1024}  # input of each target [bytes]
 TARGETS = tuple(LONGEST)
 FUZZER = "-fsanitize=fuzzer"  # for the linker
 
@@ -57,23 +57,27 @@ def programs(build: Build, targets: Iterable[str] = TARGETS) -> dict[str, Path]:
 
 
 def export_resources(folder: Path) -> Path:
-    """Resources of an FMU of every kind, in folders of their names; one folder more to write in."""
+    """Resources of an FMU of every kind, in folders of their names; one folder more to write in.
+
+    The vehicle has two axles.
+    """
     model = cl.load_model("models/locomotive.toml")
     for name, options in EXPORTS.items():
-        fmu = cl.export_fmu(fitting(model, name), folder / "x.fmu", fmi_version=3, **options)
+        given = fitting(model, name, axles=2)
+        fmu = cl.export_fmu(given, folder / "x.fmu", fmi_version=3, **options)
         (folder / name).mkdir()
         with zipfile.ZipFile(fmu) as archive:
             for file in archive.namelist():
                 if file.startswith("resources/") and file.endswith(".bin"):
                     (folder / name / Path(file).name).write_bytes(archive.read(file))
         fmu.unlink()
-    table = model.wheelset.element.table.data
-    (folder / "wheelset_body" / "creep_table.bin").write_bytes(table)  # not read
     (folder / "scratch").mkdir()
+    for file in ("creep_table.bin", "rails.bin"):
+        for name in EXPORTS:  # those without such a file do not read it
+            (folder / name / file).write_bytes((folder / "vehicle" / file).read_bytes())
     for name, file in (
         ("force_element", "lateral_spin_contact.bin"),
         ("creep_forces", "creep_forces.bin"),
-        ("vehicle", "rails.bin"),
     ):
         (folder / "scratch" / file).write_bytes((folder / name / file).read_bytes())
     return folder

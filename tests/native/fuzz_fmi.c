@@ -53,10 +53,10 @@ static const fmi *v; /* the calls of this version */
 
 /* ---- the calls ----------------------------------------------------------------------------- */
 
-/* Mostly of variables that there are. */
+/* Mostly of variables of the first wheel or the second one. */
 static unsigned take_reference(fuzz_input *in) {
     unsigned byte = take_byte(in);
-    return byte == 255 ? take_word(in) : byte % (MAX_VARIABLES + 1);
+    return byte == 255 ? take_word(in) : byte;
 }
 
 static unsigned *take_references(fuzz_input *in, size_t n) {
@@ -160,11 +160,12 @@ static int call_deserialize(program *p, fuzz_input *in) {
     if (size > 0) memcpy(bytes, p->bytes, size);
     for (unsigned i = 0; i < changes; i++) {
         size_t at = CHECKED_FILE_FRAME + TOKEN_SIZE + offsetof(component_state, values);
-        at += 8 * (size_t)take_byte(in);
+        at += 8 * (size_t)(take_word(in) % 8192);
         double number = take_number(in);
         if (at + sizeof number <= size) memcpy(bytes + at, &number, sizeof number);
     }
-    if (how & 1 && size >= CHECKED_FILE_FRAME) checked_file_frame(bytes, size, "CREEPSTA", 2);
+    if (how & 1 && size >= CHECKED_FILE_FRAME)
+        checked_file_frame(bytes, size, "CREEPSTA", STATE_VERSION);
     int status = v->deserialize(p->instance, bytes, size, &p->slots[take_byte(in) % SLOTS]);
     free(bytes);
     return status;
@@ -282,6 +283,8 @@ static void check_unchanged(const component *core, const component_state *before
     }
     for (size_t w = 0; w < core->wheels; w++)
         MUST(memcmp(&now->values[w].memory, &before->values[w].memory, sizeof(slip_memory)) == 0);
+    size_t slip_work = vehicle_rails_numbers(&core->rails) * sizeof(double);
+    MUST(memcmp(now->values + core->wheels, before->values + core->wheels, slip_work) == 0);
     MUST(now->stage == before->stage && now->tolerance == before->tolerance);
     MUST(now->stop_time == before->stop_time);
 }
@@ -304,21 +307,16 @@ static void run_program(fuzz_input *in) {
     const component *core = p.instance; /* the first member of an instance */
     while (in->left > 0) {
         enum operation which = (enum operation)(take_byte(in) % OPERATIONS);
-        static union {
-            component_state state;
-            char bytes[sizeof(component_state) + MAX_WHEELS * sizeof(model_values)];
-        } before;
-        if (core != NULL)
-            memcpy(&before, core->now,
-                   sizeof(component_state) + core->wheels * sizeof(model_values));
+        void *before = NULL;
+        if (core != NULL) MUST(component_save(p.instance, &before) == RESULT_OK);
         int status = call(&p, in, which);
-        if (status < 0) continue; /* nothing was called */
-        MUST(status <= RESULT_ERROR);
+        MUST(status <= RESULT_ERROR); /* -1: nothing was called */
         if (core == NULL) {
-            MUST(status == RESULT_ERROR);
+            MUST(status < 0 || status == RESULT_ERROR);
             continue;
         }
-        if (status > RESULT_WARNING) check_unchanged(core, &before.state);
+        if (status > RESULT_WARNING) check_unchanged(core, before);
+        free(before);
         check_values(core);
     }
     for (int i = 0; i < SLOTS; i++)

@@ -4,6 +4,15 @@
 #include "file_io.h"
 #include "fuzz_input.h"
 
+/* The files, without those that only several kinds of contacts have. */
+enum { FILES = 3 };
+static const struct {
+    const char *name, *magic;
+    uint32_t version;
+} files[FILES] = {{"start_values.bin", "CREEPVAL", START_VALUES_VERSION},
+                  {"creep_table.bin", "CREEPTAB", TABLE_VERSION},
+                  {"rails.bin", "CREEPRAI", RAILS_VERSION}};
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 static void write_file(const char *folder, const char *name, const void *bytes, size_t size) {
@@ -47,7 +56,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     char text[64], message[8192], from[PATH_LENGTH], to[PATH_LENGTH], token[PATH_LENGTH];
     const char *name = FMU_NAMES[take_byte(&in) % FMUS];
     unsigned flags = take_byte(&in);
-    int is_table = flags & 2, exchange = (flags & 4) != 0;
+    unsigned which = flags / 2 % FILES;
+    int exchange = (flags & 8) != 0;
     void *bytes;
     size_t length;
     if (resource_read(take_text(&in, text), "start_values.bin", &bytes, &length, message,
@@ -57,13 +67,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     location_of(name, from);
     location_of("scratch", to);
     token_of(name, token);
-    copy_file(from, to, is_table ? "start_values.bin" : "creep_table.bin");
+    for (unsigned i = 0; i < FILES; i++)
+        if (i != which) copy_file(from, to, files[i].name);
     length = in.left;
     bytes = room(length, 1);
     take(&in, bytes, length);
     if (flags & 1 && length >= CHECKED_FILE_FRAME)
-        checked_file_frame(bytes, length, is_table ? "CREEPTAB" : "CREEPVAL", is_table ? 2 : 4);
-    write_file(to, is_table ? "creep_table.bin" : "start_values.bin", bytes, length);
+        checked_file_frame(bytes, length, files[which].magic, files[which].version);
+    write_file(to, files[which].name, bytes, length);
     free(bytes);
     component core = {.logged = ~0u, .logger = note};
     if (component_open(&core, exchange, token, to) == RESULT_OK) read_values(&core);

@@ -143,13 +143,13 @@ class Fmu:
         return f"{self.resources}/" if self.version == "3" else self.resources.as_uri()
 
 
-WITH_WHEELS = ("force_element", "force_element-memory", "wheelset-memory")
+WITH_WHEELS = ("force_element", "force_element-memory", "wheelset-memory", "vehicle")
 
 
 def of_wheels(model: cl.Model, folder: Path, name: str) -> Fmu:
-    """An FMU of three wheels that differ in static friction."""
-    options = {**EXPORTS[name], "wheels": 3, "per_wheel": ["static_friction"]}
-    return Fmu(fitting(model, name), folder, **options)
+    """An FMU of three wheels that differ in static friction, or of a vehicle's three axles."""
+    options = {} if name == "vehicle" else {"wheels": 3, "per_wheel": ["static_friction"]}
+    return Fmu(fitting(model, name, axles=3), folder, **EXPORTS[name], **options)
 
 
 class SShaped:

@@ -82,45 +82,39 @@ def up() -> list[object]:
     return ["SET_UP", 0, [0], 0, "ENTER_INITIALIZATION", 0, [0], 0]
 
 
-def programs() -> dict[str, list[object]]:
+def word(number: int) -> list[object]:
+    """A number as the target takes one that may be large."""
+    return list(struct.pack("<I", number))
+
+
+def programs(kind: str) -> dict[str, list[object]]:
     """Programs of calls, by what the tool does, after the bytes that make the instance."""
+    at = {v.name: i for i, v in enumerate(kernel.model_variables(kind))}
     one = [2]
-    set_some = ["SET_REAL", 2, 18, 19, 90, 11, 30, 90, 11, 0]  # omega and speed
+    omega, speed, force, creepage = (at[n] for n in ("omega", "speed", "creep_force", "creepage"))
+    set_some = ["SET_REAL", 2, omega, speed, 90, 11, 30, 90, 11, 0]
     start = [up(), set_some, "EXIT_INITIALIZATION"]
     step = ["STEP", 1, 1, 24]
-    get = ["GET_REAL", 4, 22, 23, 24, 25]  # outputs
-    flags = ["GET_BOOLEAN", 1, 31, 0]
-    derivative = ["SENSITIVITY", 2, 1, 0, 22, 27, 18, one]
-    adjoint = ["SENSITIVITY", 2, 1, 1, 22, 27, 18, one, one]
+    get = ["GET_REAL", 4, force, creepage, at["falling_indicator"], speed]
+    flags = ["GET_BOOLEAN", 1, at["falling_branch"]]
+    derivative = ["SENSITIVITY", 2, 1, 0, force, creepage, omega, one]
+    adjoint = ["SENSITIVITY", 2, 1, 1, force, creepage, omega, one, one]
     states = ["GET_STATES", 5, "GET_DERIVATIVES", 5, "GET_INDICATORS", 5, "GET_NOMINALS", 5]
-    too_much = ["SENSITIVITY", 1, 1, 0, 22, 18, [7], "SENSITIVITY", 1, 1, 1, 22, 18, [7]]
+    too_much = [["SENSITIVITY", 1, 1, adjoint, force, omega, [7]] for adjoint in (0, 1)]
     restore = ["DESERIALIZE", 1, 0, 1, "RESTORE", 1, step, get, "FORGET", 0, "RESTORE", 0]
-    damaged = ["DESERIALIZE", 1, 2, 1, [4], 9, [7], 1, "RESTORE", 1, get, step]
+    saved = [start, step, "SAVE", 0, "SERIALIZE", 0, 0]
+    damaged = ["DESERIALIZE", 1, 1, word(1), [7], 1, "RESTORE", 1, get, step]  # a radius
     set_states = ["SET_STATES", 5, 200, 11, 60, 200, 10, 60]
     integrate = ["UPDATE", "ENTER_CONTINUOUS", "SET_TIME", one, states, set_states]
     leave = ["COMPLETED_STEP", "ENTER_EVENTS", derivative, adjoint, flags]
+    odd = ["SET_REAL", 3, at["radius"], omega, speed, [4], [5], [10]]
     return {
         "steps": [start, step, get, step, get, flags, derivative, too_much, "RESET"],
         "states": [start, "SAVE", 0, step, "SERIALIZE", 0, 0, restore],
-        "damaged_state": [start, step, "SAVE", 0, "SERIALIZE", 0, 0, damaged],
+        "damaged_state": [saved, damaged],
         "exchange": [start, integrate, leave],
         "too_early": [step, states, derivative, get, up(), "RESET", start, step],
-        "odd_values": [
-            up(),
-            "SET_REAL",
-            3,
-            1,
-            14,
-            15,
-            [4],
-            [5],
-            [10],
-            "SET_BOOLEAN",
-            1,
-            15,
-            1,
-            get,
-        ],
+        "odd_values": [up(), odd, "SET_BOOLEAN", 1, at.get("implicit", 0), 1, get],
         "others": [["OTHER", number, number % 3] for number in range(43)],
         "logging": ["SET_LOGGING", 3, 1, 0, "SET_LOGGING", 4, 0, 3, 97, 98, 99, step],
     }
@@ -151,19 +145,25 @@ def seeds(resources: Path) -> dict[str, dict[str, bytes]]:
     place = b"file:///no%20such/folder"
     cell = tables()["one_cell"]
     contents["start_values"]["table"] = bytes([3, 3, len(place)]) + place + cell
+    rails = (resources / "vehicle" / "rails.bin").read_bytes()
+    count = rails[:56] + struct.pack("<d", 1e6) + rails[64:]  # of the first profile's points
+    for name, data in {"rails": rails, "rails-huge": count}.items():
+        contents["start_values"][name] = bytes([7, 5, 0]) + data
     contents["start_values"]["unmended"] = bytes([0, 0, 3]) + b"%2x" + data[:-1]
     numbers = operations()
     calls = contents["fmi"]
     for version, first in ((2, 0), (3, len(EXPORTS))):  # the FMUs' numbers in each version
-        for name, program in programs().items():
-            for number in (0, 1, 2, 4):
+        for number in (0, 1, 2, 4, 7):
+            for name, program in programs(list(EXPORTS.values())[number]["kind"]).items():
                 flags = 6 | (name == "exchange")
                 data = bytes([first + number, flags]) + as_bytes(program, numbers)
                 calls[f"{name}_{number}_{version}"] = data
         # Much torque on little inertia, so that the speed leaves its range.
-        for number, inertia, torque in ((3, 15, 22), (5, 3, 10)):
-            program = [up(), "SET_REAL", 2, inertia, torque, 14, 13, "EXIT_INITIALIZATION"]
-            data = as_bytes([*program, "STEP", 1, 1, 0], numbers)
+        for number, kind in ((3, "wheelset"), (5, "wheelset_body")):
+            names = [v.name for v in kernel.model_variables(kind)]
+            given = [names.index("inertia"), names.index("drive_torque"), 14, 13]
+            program = [up(), "SET_REAL", 2, *given, "EXIT_INITIALIZATION", "STEP", 1, 1, 0]
+            data = as_bytes(program, numbers)
             calls[f"slip_away_{number}_{version}"] = bytes([first + number, 6]) + data
         calls[f"wrong_token_{version}"] = bytes([first, 0xFE, 3]) + b"abc" + bytes(9)
         calls[f"wrong_place_{version}"] = bytes([first, 0xF6, 3]) + b"%zz" + bytes(9)

@@ -56,19 +56,42 @@ def test_nothing_breaks_in_a_short_run(
     assert len(list(tmp_path.iterdir())) > inputs  # it gets on from its seeds
 
 
-def test_a_planted_fault_is_found(sanitized: Build, folder: Path, tmp_path: Path) -> None:
-    # The reader of tables no longer compares their length with that in their header.
-    text = c_sources("creep_table.c")[0].read_text(encoding="utf-8")
-    check = "if (size != TABLE_HEADER + count * sizeof(double) + layered * sizeof(float))"
+@pytest.mark.parametrize(
+    ("target", "source", "check"),
+    [
+        (
+            *("table", "creep_table.c"),
+            "size != TABLE_HEADER + count * sizeof(double) + layered * sizeof(float)",
+        ),
+        (
+            *("start_values", "rails.c"),
+            "!(**number >= 1.0 && **number <= 0.5 * (double)(end - *number - 1))",
+        ),
+        ("fmi", "component.c", "out_of_range(self->model, &self->start[wheel], values) != NULL"),
+    ],
+)
+def test_a_planted_fault_is_found(
+    programs: dict[str, Path],
+    sanitized: Build,
+    folder: Path,
+    tmp_path: Path,
+    target: str,
+    source: str,
+    check: str,
+) -> None:
+    """A reader no longer checks a table's length, the points of rails or a saved state's values."""
+    text = c_sources(source)[0].read_text(encoding="utf-8")
     assert text.count(check) == 1
-    (tmp_path / "creep_table.c").write_text(text.replace(check, "if (size == 0)"))
-    broken = compiled(tmp_path / "creep_table.c", tmp_path / "creep_table.o", SANITIZED)
-    others = [path for path in sanitized.objects if path.name != "creep_table.o"]
-    program = tmp_path / "table"
-    sanitized.link(program, broken, *others, folder / "fuzz_table.o", fuzz.FUZZER)
+    (tmp_path / source).write_text(text.replace(check, f"(({check}) && 0)"))
+    broken = compiled(tmp_path / source, tmp_path / "broken.o", SANITIZED)
+    others = [
+        path for path in sanitized.objects if path.name != Path(source).with_suffix(".o").name
+    ]
+    program = tmp_path / target
+    sanitized.link(program, broken, *others, folder / f"fuzz_{target}.o", fuzz.FUZZER)
     corpus = tmp_path / "corpus"
     corpus.mkdir()
-    outcome = short_run(program, "table", folder, corpus)
+    outcome = short_run(program, target, folder, corpus)
     assert outcome.crashed
     assert list(tmp_path.glob("crash-*"))  # what breaks it is kept
 

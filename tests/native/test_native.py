@@ -85,6 +85,7 @@ def test_wheels_of_one_fmu_are_clean_under_sanitizers(
     kind = EXPORTS[name]["kind"]
     given = fmu.resources.as_uri(), fmu.token, kind, fmu.resources
     clean([sanitized.program("test_wheels"), *given])
+    clean([sanitized.program("test_native"), "2", *given[:-1]])
 
 
 def test_memory_that_is_refused_is_an_error_and_no_leak(

@@ -47,6 +47,7 @@ def run_all(
         fmu = of_wheels(model, folder / f"wheels-{name}", name)
         given = fmu.location, fmu.token, EXPORTS[name]["kind"], fmu.resources
         clean([build.program("test_wheels"), *given])
+        clean([tests, "6", *given[:-1]])
     fmu = Fmu(model, folder / "tables", fmi_version=2)
     table = fmu.resources / "creep_table.bin"
     clean([tests, "200", fmu.location, fmu.token])

@@ -1,5 +1,5 @@
-/* An FMU of three wheels in both versions of FMI: each value is that of its wheel, messages name
- * the wheel, and damaged start values are refused.
+/* An FMU of three wheels, or of a vehicle's three axles, in both versions of FMI: each value is
+ * that of its wheel, messages name the wheel, and damaged start values and rails are refused.
  *
  *     test_wheels RESOURCES TOKEN KIND FOLDER
  *
@@ -39,6 +39,17 @@ static size_t each(const fmi *v, const char *name, unsigned *references) {
     unsigned index = index_of(name);
     for (unsigned i = 0; i < WHEELS; i++) references[i] = index + i * MAX_VARIABLES;
     return v->version == 3 ? 1 : WHEELS;
+}
+
+/* Place in the file of start values of the first value of a variable. */
+static size_t place_of(const char *name) {
+    void *c = fmi_of(2)->open(0, token, resources, 1, &messages);
+    size_t at = 2;
+    for (unsigned i = 0; i < index_of(name); i++)
+        if (model_is_given(&kind->variables[i]))
+            at += 1 + (((component *)c)->is_common[i] ? 1 : WHEELS);
+    fmi_of(2)->close(c);
+    return at;
 }
 
 static int set(const fmi *v, void *c, const char *name, const double *values) {
@@ -134,18 +145,62 @@ static void test_exchange(const fmi *v) {
     v->close(c);
 }
 
-/* Damage the number at a place, or the length, and seal the file again. */
-static void test_damage(const char *folder, size_t at, double value, size_t cut, const char *text) {
-    char message[4096], path[4096];
+/* Loads move between axles and stay the weight; a saved state brings them back; and axles that
+ * cannot be are refused. */
+static void test_axles(const fmi *v) {
+    static const struct {
+        const char *name, *text;
+        double value[WHEELS];
+    } wrong[] = {{"axles", "axles = 2 must be 3", {2.0}},
+                 {"axles_per_bogie", "axles_per_bogie = 2 must give", {2.0}},
+                 {"position", "position[3] = 2 is out of range: must be above", {0.0, 2.0, 2.0}}};
+    double torque[WHEELS] = {1e3, 2e3, 3e3}, before[WHEELS], load[WHEELS], after[WHEELS];
+    void *c = v->open(0, token, resources, 1, &messages), *saved = NULL, *taken = NULL;
+    FINE(start(v, c, 0.0));
+    FINE(get(v, c, "axle_load", before));
+    FINE(set(v, c, "motor_torque", torque));
+    for (int i = 0; i < 20; i++) FINE(v->step(c, 0.02 * i, 0.02));
+    FINE(get(v, c, "axle_load", load));
+    CHECK(load[0] < before[0] && load[2] > before[2]);
+    CHECK(fabs((load[0] + load[1] + load[2]) / (before[0] + before[1] + before[2]) - 1.0) < 1e-12);
+    size_t size = 0;
+    FINE(v->save(c, &saved));
+    FINE(v->size(c, saved, &size));
+    unsigned char *bytes = malloc(size);
+    FINE(v->serialize(c, saved, bytes, size));
+    FINE(v->step(c, 0.4, 0.02));
+    FINE(v->deserialize(c, bytes, size, &taken));
+    FINE(v->restore(c, taken));
+    FINE(get(v, c, "axle_load", after));
+    CHECK(memcmp(load, after, sizeof load) == 0);
+    FINE(v->forget(c, &saved));
+    FINE(v->forget(c, &taken));
+    free(bytes);
+    v->close(c);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        unsigned of = index_of(wrong[i].name);
+        c = v->open(0, token, resources, 1, &messages);
+        FINE(wrong[i].value[1] > 0.0 ? set(v, c, wrong[i].name, wrong[i].value)
+                                     : v->set(c, &of, 1, wrong[i].value));
+        REFUSED(wrong[i].text, start(v, c, 0.0));
+        v->close(c);
+    }
+}
+
+/* Damage the number at a place of a file, or the length, and seal it again. */
+static void test_damage(const char *folder, const char *name, size_t at, double value, size_t cut,
+                        const char *text) {
+    char message[4096], path[4096], magic[8];
     void *bytes, *original;
     size_t size;
-    CHECK(resource_read(folder, "start_values.bin", &original, &size, message, sizeof message) ==
-          NULL);
-    CHECK(resource_read(folder, "start_values.bin", &bytes, &size, message, sizeof message) ==
-          NULL);
+    uint32_t version;
+    CHECK(resource_read(folder, name, &original, &size, message, sizeof message) == NULL);
+    CHECK(resource_read(folder, name, &bytes, &size, message, sizeof message) == NULL);
     memcpy((char *)bytes + CHECKED_FILE_FRAME + 8 * at, &value, sizeof value);
-    checked_file_frame(bytes, size - cut, "CREEPVAL", 4);
-    snprintf(path, sizeof path, "%s/start_values.bin", folder);
+    memcpy(magic, bytes, sizeof magic);
+    memcpy(&version, (char *)bytes + sizeof magic, sizeof version);
+    checked_file_frame(bytes, size - cut, magic, version);
+    snprintf(path, sizeof path, "%s/%s", folder, name);
     for (int damaged = 1; damaged >= 0; damaged--) {
         FILE *file = fopen(path, "wb");
         fwrite(damaged ? bytes : original, 1, damaged ? size - cut : size, file);
@@ -165,14 +220,29 @@ int main(int count, char **arguments) {
     token = arguments[2];
     kind = model_of(arguments[3]);
     for (int version = 2; version <= 3; version++) {
-        test_steps(fmi_of(version));
-        test_exchange(fmi_of(version));
+        if (kind->is_vehicle) test_axles(fmi_of(version));
+        else {
+            test_steps(fmi_of(version));
+            test_exchange(fmi_of(version));
+        }
     }
-    test_damage(arguments[4], 0, 0.0, 0, "number of wheels");
-    test_damage(arguments[4], 0, 33.0, 0, "number of wheels");
-    test_damage(arguments[4], 1, 2.0, 0, "number of values");
-    test_damage(arguments[4], 2, 1e9, 0, "out of range"); /* a radius */
-    test_damage(arguments[4], 2, 0.5, 8, "number of values");
-    test_damage(arguments[4], 2, 0.5, 1, "within a number");
+    static const struct {
+        size_t at;
+        double value;
+        size_t cut;
+        const char *text;
+    } values[] = {{0, 0.0, 0, "number of wheels"}, {0, 33.0, 0, "number of wheels"},
+                  {1, 2.0, 0, "number of values"}, {2, 1e9, 0, "out of range"}, /* a radius */
+                  {2, 0.5, 8, "number of values"}, {2, 0.5, 1, "within a number"}},
+      rails[] = {{0, -1.0, 0, "cleaning"},        {3, 1000.0, 0, "power of two"},
+                 {4, 0.0, 0, "number of points"}, {4, 1.5, 0, "not whole"},
+                 {5, 6.0, 0, "not increasing"},   {7, -0.5, 0, "value of a profile"}};
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++)
+        test_damage(arguments[4], "start_values.bin", values[i].at, values[i].value, values[i].cut,
+                    values[i].text);
+    for (size_t i = 0; kind->is_vehicle && i < sizeof rails / sizeof *rails; i++)
+        test_damage(arguments[4], "rails.bin", rails[i].at, rails[i].value, 0, rails[i].text);
+    if (kind->is_vehicle)
+        test_damage(arguments[4], "start_values.bin", place_of("axles"), 2.0, 0, "number of axles");
     return verdict();
 }
