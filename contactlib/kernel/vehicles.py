@@ -50,12 +50,13 @@ def vehicle_loads(
     forces["omega_rate"][:, :axles] = omega_rate.reshape(-1, axles)
     forces["acceleration"] = acceleration.ravel()
     forces["radius"] = radius
-    load = np.empty(forces["creep_force"].shape)
+    room = forces.dtype["creep_force"].shape[0]
+    load = np.empty((forces.size, room))
     library().vehicle_loads(
         pointer(vehicle_record(body), "vehicle_parameters"),
         forces.size,
         pointer(forces, "vehicle_forces"),
-        ffi.cast(f"double (*)[{load.shape[1]}]", ffi.from_buffer(load)),
+        ffi.cast(f"double (*)[{room}]", ffi.from_buffer(load)),
     )
     return load[:, :axles].reshape(creep_force.shape)
 

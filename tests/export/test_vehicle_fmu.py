@@ -265,8 +265,8 @@ def test_outputs_and_rates_are_consistent(
             drag += davis.quadratic * speed * abs(speed)
             pull = (force.sum() - 2.0 * drag) / vehicle.mass
             moment = torque - body.radius * force - body.damping * rim / body.radius
-            turning = {"radius": body.radius, "omega_rate": got["der(omega)"]}
-            loads = vehicle.loads(force, acceleration=pull, **turning)
+            rate = got["der(omega)"]
+            loads = vehicle.loads(force, acceleration=pull, radius=body.radius, omega_rate=rate)
             for name, expected in {
                 "creepage": (rim - speed) / abs(speed),
                 "creep_force": 0.5 * (given[MEMORY[0]] + given[MEMORY[1]]) * (load > 0.0),
