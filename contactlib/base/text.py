@@ -63,7 +63,7 @@ def known_names(word: str, known: Collection[str]) -> str:
 
 def no_signal(name: object, known: Collection[str], owner: object) -> KeyError:
     """Error on a name that is no signal of `owner`, which may have it as an attribute."""
-    own = hasattr(owner, str(name))
+    own = not callable(getattr(owner, str(name), len))
     hint = f"it is the attribute .{name}" if own else known_names(str(name), known)
     return KeyError(f"no signal {name!r}; {hint}")
 

@@ -36,7 +36,7 @@ def test_traction_falls_to_zero_at_the_limit_and_braking_remains() -> None:
     )
     plant = cl.Plant(case)
     assert plant["speed_limit"] == 11.2
-    with pytest.raises(KeyError, match="not a signal"):
+    with pytest.raises(KeyError, match="no signal 'speed_limit'; did you mean 'speed'"):
         cl.Plant(free)["speed_limit"]
 
 
