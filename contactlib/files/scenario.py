@@ -398,8 +398,10 @@ class Demand:
     profile: Profile
     kind: str
 
-    def torque(self, drivetrain: Drivetrain, vehicle: Vehicle | None) -> Profile:
+    def torque(self, drivetrain: Drivetrain, vehicle: Vehicle | None, backward: bool) -> Profile:
         """Torque that it is at each axle which it acts on [N.m].
+
+        A brake acts against the motion by itself, and a motor by the sign of its torque.
 
         Raises
         ------
@@ -409,15 +411,15 @@ class Demand:
         if self.kind == "torque":
             return self.profile
         wheelset, brake = drivetrain.wheelset, drivetrain.brake
-        axles, braked = (vehicle.axles, len(vehicle.braked)) if vehicle else (1, 1)
-        braked = braked or axles
+        axles, braked = (vehicle.axles, len({*vehicle.braked})) if vehicle else (1, 1)
+        braked, against = braked or axles, 1.0 if backward and brake is None else -1.0
         if self.kind == "deceleration":
             if wheelset.mass is None:
                 raise ValueError("demand.deceleration needs a mass: a roller rig holds its speed")
             moved = wheelset.mass * wheelset.radius + wheelset.inertia / wheelset.radius
-            factor = -moved * axles / braked
+            factor = against * moved * axles / braked
         elif self.kind == "brake_force":
-            factor = -wheelset.radius / braked
+            factor = against * wheelset.radius / braked
         else:
             if brake is None or brake.pressure is None:
                 raise ValueError(
@@ -676,7 +678,8 @@ def build_scenario(
             f"run.design_speed {given} {design_speed!r} is out of range: controllers are designed "
             f"for a speed >= the minimum speed {wheelset.element.minimum_speed!r}"
         )
-    demand = cache("demand", Demand.torque, made["demand"], drivetrain, made["vehicle"])
+    backward = initial_speed < 0.0
+    demand = cache("demand", Demand.torque, made["demand"], drivetrain, made["vehicle"], backward)
     first = float(demand(0.0))
     if made["brake"] and first < 0.0 and initial_speed != 0.0 and "start" not in run:
         note_warning(

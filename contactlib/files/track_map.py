@@ -68,8 +68,7 @@ def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
     if not head or any(cell_number(cell) is not None for cell in head):
         raise ValueError(f"line 1: it must name the columns; known are {', '.join(COLUMNS)}")
     line, body = rows[0][0], rows[1:]
-    given = [name_and_unit(cell)[0] for cell in head]
-    names = [ALIASES.get(name, name) for name in given]
+    names = [ALIASES.get(name, name) for name, _ in map(name_and_unit, head)]
     for name in names:
         if name not in COLUMNS:
             raise ValueError(f"line {line}: no column is {name!r}; {known_names(name, COLUMNS)}")
@@ -77,9 +76,10 @@ def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
             raise ValueError(f"line {line}: {names.count(name)} columns {name!r}")
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
-    _fill_blanks(body, names, sections)
+    whole = [row for row in body if len(row[1]) >= len(head)]  # csv_numbers names another one
+    _fill_blanks(whole, names, sections)
     by_length = {i for i, cell in enumerate(head) if names[i] == "grade" and _is_one_in(cell)}
-    for i, (_, cells) in product(by_length, body):
+    for i, (_, cells) in product(by_length, whole):
         if cells[i].lower() == "level":
             cells[i] = "inf"
     places = [i for i, name in enumerate(names) if name != "condition"]
@@ -88,7 +88,7 @@ def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
     values, known = dict[str, Any](), dict[str, str]()
     for i, column in zip(places, table.T, strict=True):
         cell, name = head[i], names[i]
-        limits, unit = keys[name] or FACTOR, name_and_unit(cell)[1]
+        limits, unit, given = keys[name] or FACTOR, name_and_unit(cell)[1], column.tolist()
         if i in by_length:
             if not column.all():
                 zero = body[int(np.flatnonzero(column == 0.0)[0])][0]
@@ -100,12 +100,12 @@ def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
         if name == "slope" and factor != 1.0:
             raise ValueError(f"line {line}: {cell} has a unit; {GRADIENT}")
         if name == "speed_limit" and not unit:
-            _check_plausible_limits(f"line {line}: ", column.tolist())
+            _check_plausible_limits(f"line {line}: ", given)
         bad = np.flatnonzero(~limits.allows(factor * column))
         if bad.size:
             place = int(bad[0])
             raise ValueError(
-                f"line {body[place][0]}: {cell} = {float(column[place])!r} is out of range: must "
+                f"line {body[place][0]}: {cell} = {given[place]!r} is out of range: must "
                 f"be {limits}" + (f"; {limits.hint}" if limits.hint else "")
             )
         values[name] = (factor * column).tolist()
@@ -139,7 +139,7 @@ def _fill_blanks(
     """Give blank cells of a table of sections the values of the row before."""
     before = [""] * len(names)
     for line, cells in body:
-        for i, name in enumerate(names[: len(cells)]):
+        for i, name in enumerate(names):
             if cells[i] or name == "distance":
                 continue
             if not sections:

@@ -684,10 +684,12 @@ class Plant:
     def _limits(self) -> list[Profile | None]:
         """Speed limits at the axles' places; at a first axle's, those under its whole train."""
         limits = [track.speed_limit for track in self.tracks]
+        held = dict[tuple[int, float], Profile]()  # many vehicles may run on one line
         for first in range(0, len(limits), self.axles):
             vehicle, limit = self._scenarios[first].vehicle, limits[first]
             if limit is not None and vehicle is not None and vehicle.length is not None:
-                limits[first] = limit.held_behind(vehicle.length)
+                key = id(limit), vehicle.length
+                held[key] = limits[first] = held.get(key) or limit.held_behind(vehicle.length)
         return limits
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:

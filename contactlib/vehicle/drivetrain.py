@@ -143,7 +143,7 @@ class Brake(Parameters):
         Dead time from the command to the change of the torque, rounded to whole samples [s].
         Default: 0.
     pressure : float, optional
-        Pressure in the brake cylinder [Pa] at which the axle's brake has `torque`. With both, runs
+        Pressure in the brake cylinder at which the axle's brake has `torque` [Pa]. With both, runs
         have the signal `cylinder_pressure`, and a demand may be a pressure. Default: not known.
     torque : float, optional
         Torque of the axle's brake at `pressure` [N.m].
@@ -207,9 +207,8 @@ class Brake(Parameters):
             raise ValueError(
                 f"fill_time = {fill_time!r} and build_up_time = {build_up_time!r}: give one of them"
             )
-        lag = fill_time if build_up_time is None else build_up_time / math.log(20.0)
         return cls(
-            fill_time=lag or 0.0,
+            fill_time=fill_time or (build_up_time or 0.0) / math.log(20.0),
             vent_time=vent_time,
             delay=delay,
             pressure=pressure,

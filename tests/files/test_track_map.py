@@ -298,9 +298,13 @@ def test_a_table_of_a_line_says_what_changes_in_its_own_units(tmp_path: Path) ->
     for unit in ("permil", "mm/m", "per mill"):
         same = f"distance,gradient [{unit}]\n0,-12.5\n"
         assert cl.load_scenario(scenario(tmp_path, section, same)).track.grade(0.0) == -0.0125
-    blank = "distance,friction,slope\n0,,1\n"
-    with pytest.raises(cl.ModelError, match="line 2: friction is blank in the first section"):
-        cl.load_scenario(scenario(tmp_path, section, blank))
+    for rows, message in (
+        ("distance,friction,slope\n0,,1\n", "line 2: friction is blank in the first section"),
+        ("distance,gradient [1 in x],friction\n0,9,1\n5,8\n", "line 3: 2 values for 3 columns"),
+        ("distance,friction,slope\n0,1,1\n5,1\n9,,\n", "line 3: 2 values for 3 columns"),
+    ):
+        with pytest.raises(cl.ModelError, match=message):
+            cl.load_scenario(scenario(tmp_path, section, rows))
 
 
 @pytest.mark.parametrize(("sign", "way"), [(1.0, "increasing"), (-1.0, "decreasing")])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,6 +70,23 @@ def test_a_stop_in_the_terms_of_braking_is_that_of_a_point_mass(
     assert run["distance"][-1, 0] == pytest.approx(way, rel=2e-3)
     assert run["cylinder_pressure"].max() == pytest.approx(terms["pressure"], rel=1e-6)
     assert "cylinder_pressure" in run.units
+
+
+def test_a_demand_of_braking_acts_against_the_motion(tmp_path: Path) -> None:
+    """A motor's by its sign, on the axles that are named, however often."""
+    brake = Path("models/coach_braking.toml").read_text()
+    motor = re.sub(r"\[brake\].*?\n\n", "", brake, flags=re.DOTALL)
+    found = []
+    for text, speed, braked in (
+        (brake, "-160 km/h", "[1, 2]"),
+        (motor, "160 km/h", "[1, 1, 2]"),
+        (motor, "-160 km/h", "[2, 1]"),
+    ):
+        text = text.replace('torque = [0.0, "-5.7 kN.m"]', 'brake_force = [0.0, "10 kN"]')
+        text = text.replace("160 km/h", speed).replace("[vehicle]", f"[vehicle]\nbraked = {braked}")
+        (tmp_path / "stop.toml").write_text(text)
+        found.append(cl.load_scenario(tmp_path / "stop.toml").demand.value[1])
+    assert found == pytest.approx([-2300.0, -2300.0, 2300.0], rel=1e-12)
 
 
 def time_off(result: cl.Result) -> float:
