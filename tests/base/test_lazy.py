@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 
 import numpy as np
@@ -11,22 +10,6 @@ from command_line import call
 
 import contactlib as cl
 from contactlib.base.lazy import EXTRAS, optional_library
-
-
-def test_the_extras_bring_their_libraries() -> None:
-    import tomllib
-    from pathlib import Path
-
-    root = Path(__file__).parents[2]
-    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
-    extras = project["optional-dependencies"]
-    page = (root / "docs" / "howto" / "install.md").read_text()
-    cells = re.findall(r"^\| (`.+?) \|", page, re.MULTILINE)
-    assert {name for cell in cells for name in re.findall(r"`(\w+)`", cell)} == set(extras)
-    for library, extra in EXTRAS.items():
-        assert any(line.startswith(f"{library}>=") for line in extras[extra])
-        assert extra in extras["all"][0]
-        assert not any(line.startswith(library) for line in project["dependencies"])
 
 
 @pytest.mark.parametrize("library", EXTRAS)

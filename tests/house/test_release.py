@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from tree import FOLDERS, ROOT
 
+from contactlib.base.lazy import EXTRAS
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
@@ -53,3 +55,14 @@ def test_how_to_cite_it() -> None:
     assert cited["license"] == PROJECT["license"]
     assert cited["title"].startswith("contactlib: ")
     assert "version" not in cited
+
+
+def test_the_extras_bring_their_libraries() -> None:
+    extras = PROJECT["optional-dependencies"]
+    page = (ROOT / "docs" / "howto" / "install.md").read_text(encoding="utf-8")
+    cells = re.findall(r"^\| (`.+?) \|", page, re.MULTILINE)
+    assert {name for cell in cells for name in re.findall(r"`(\w+)`", cell)} == set(extras)
+    for library, extra in EXTRAS.items():
+        assert any(line.startswith(f"{library}>=") for line in extras[extra])
+        assert extra in extras["all"][0]
+        assert not any(line.startswith(library) for line in PROJECT["dependencies"])
