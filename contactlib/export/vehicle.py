@@ -40,6 +40,11 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
             "has a lag, such as 0.02 s"
         )
     track, n = scenario.rails, vehicle.axles
+    if vehicle.length and vehicle.train_mass and len(set(track.grade.value)) > 1:
+        raise ValueError(
+            f"vehicle.length = {vehicle.length!r}: the train of an FMU is on the grades under the "
+            "vehicle's axles; leave out length, or give each of its grades as the input grade"
+        )
     numbers = {f.name: getattr(vehicle, f.name) for f in fields(vehicle)}
     named = {v.name for v in kernel.model_variables("vehicle")}
     starts = {name: float(value) for name, value in numbers.items() if name in named - {"position"}}

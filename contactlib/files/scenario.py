@@ -63,6 +63,7 @@ from contactlib.vehicle.continuous_control import (
     TorqueControl,
     creepage_over_time,
 )
+from contactlib.vehicle.driver import Driver
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
@@ -205,6 +206,8 @@ class Scenario(Parameters):
         Factor on the static load of both wheels over time; None if the load is static.
     demand : Profile
         The driver's torque demand over time [N.m].
+    driver : Driver or None
+        Driver who keeps the track's speed limits; None: the demand of traction falls near them.
     held_speed : Profile or None
         Speed of the roller rig over time [m/s]; None if, and only if, the wheelset is free.
     initial_speed : float
@@ -247,6 +250,7 @@ class Scenario(Parameters):
     track: Track = field(default_factory=Track)
     dynamic_load: DynamicLoad | None = None
     demand: Profile
+    driver: Driver | None = None
     held_speed: Profile | None = None
     initial_speed: Annotated[float, SPEED]
     design_speed: Annotated[float, replace(SPEED, above=0.0, at_least=-math.inf)]
@@ -271,6 +275,8 @@ class Scenario(Parameters):
             )
         if self.vehicle is not None:
             self._check_axles(self.vehicle)
+        if self.driver is not None:
+            self._check_driver(self.driver)
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
         designed: dict[str, Controller | ContinuousController] = {}
@@ -301,6 +307,19 @@ class Scenario(Parameters):
                 "dynamic_load is for one wheelset: a vehicle's loads follow from its forces; leave "
                 "out [dynamic_load] or [vehicle]"
             )
+
+    def _check_driver(self, driver: Driver) -> None:
+        """Refuse a driver who has nothing to keep."""
+        limit = self.track.speed_limit
+        if limit is None:
+            raise ValueError(
+                "driver keeps the speed limits of a track, which has none: give track.speed_limit "
+                "or leave out [driver]"
+            )
+        if self.held_speed is not None:
+            raise ValueError("driver needs a free speed: leave out [driver] or held_speed")
+        with named("track.speed_limit"):
+            limit.kept_by(driver.deceleration)
 
     @property
     def axles(self) -> int:
@@ -487,6 +506,7 @@ def speed_over_time(*, time: Annotated[Values, TIME], speed: Annotated[Values, S
 MADE: Mapping[str, Callable[..., Any]] = {
     "vehicle": Vehicle,
     "demand": demand_over_time,
+    "driver": Driver,
     "axle": Axle,
     "motor": Motor,
     "brake": Brake.from_times,
@@ -504,6 +524,7 @@ SECTIONS: Mapping[str, Keys] = {
 }
 ABSENT = (
     "vehicle",
+    "driver",
     "axle",
     "brake",
     "dynamic_load",
@@ -697,7 +718,7 @@ def build_scenario(
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
         speed_unit="km/h" if unit == unit_value("km/h", "m/s") else "m/s",
         demand=demand,
-        **{key: made[key] for key in ("vehicle", "track", "dynamic_load", "sensors")},
+        **{key: made[key] for key in ("vehicle", "driver", "track", "dynamic_load", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )
 

@@ -34,6 +34,7 @@ from contactlib.base.text import USERS_ERRORS, explained, no_signal
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
+from contactlib.runs.line import Line
 from contactlib.runs.signals import (
     OF_BRAKES,
     OF_SHAFTS,
@@ -429,6 +430,7 @@ class Plant:
         shares = [one.shares_of_demand for one in scenarios]  # of traction, of braking
         self._driven, self._braked = np.concatenate(shares, axis=1)
         self._vehicles = _native_vehicles(scenarios)
+        self._line = Line(scenarios, timing.step * timing.per_sample)
         self._scenarios = scenarios = [one for one in scenarios for _ in range(axles)]
         self.trains = [scenario.drivetrain for scenario in scenarios]
         self.tracks = [scenario.rails for scenario in scenarios]
@@ -476,7 +478,7 @@ class Plant:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """An independent plant in the same state; it shares what never changes."""
-        constant = *self._scenarios, *self.trains, *self.tracks, self.fleet
+        constant = *self._scenarios, *self.trains, *self.tracks, self.fleet, self._line
         memo |= {id(part): part for part in constant}
         made = object.__new__(type(self))
         made.__setstate__(deepcopy({**self.__getstate__(), "fleet": self.fleet}, memo))
@@ -665,41 +667,25 @@ class Plant:
 
     def _possible(self, demand: FloatArray, speed: FloatArray) -> Numbers:
         """Part of the demand [N.m] that the drives and the limits of the line allow at a speed."""
-        limit = self._limit_at(self._states["distance"])
+        limit = None
+        if self.has_limits:
+            distance, speeds = self._states["distance"], np.broadcast_to(speed, demand.shape)
+            if self._line.has_driver.any():
+                demand = self._line.kept(demand, distance, speeds)
+            limit = _numbers(self._line.fading(distance))
         if self.axles > 1:
             brakes = np.where(self._with_brake, demand < 0.0, demand * speed < 0.0)
             demand = demand * np.where(brakes, self._braked, self._driven)
         return self._drives.possible(_numbers(demand), _numbers(speed), limit)
-
-    def _limit_at(self, distance: FloatArray) -> Numbers | None:
-        """Speed limits of the places of vehicles [m/s]; None if no track has any."""
-        return _numbers(self.speed_limit(distance)) if self.has_limits else None
 
     @cached_property
     def has_limits(self) -> bool:
         """Whether a track has a speed limit."""
         return any(track.speed_limit is not None for track in self.tracks)
 
-    @cached_property
-    def _limits(self) -> list[Profile | None]:
-        """Speed limits at the axles' places; at a first axle's, those under its whole train."""
-        limits = [track.speed_limit for track in self.tracks]
-        held = dict[tuple[int, float], Profile]()  # many vehicles may run on one line
-        for first in range(0, len(limits), self.axles):
-            vehicle, limit = self._scenarios[first].vehicle, limits[first]
-            if limit is not None and vehicle is not None and vehicle.length is not None:
-                key = id(limit), vehicle.length
-                held[key] = limits[first] = held.get(key) or limit.held_behind(vehicle.length)
-        return limits
-
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """Speed limits at distances (..., n) of n wheelsets [m/s]: the lowest under each train."""
-        limits = np.full(distance.shape, np.inf)
-        for i, limit in enumerate(self._limits):
-            if limit is not None:
-                limits[..., i] = limit(distance[..., i])
-        lowest = limits.reshape(*limits.shape[:-1], -1, self.axles).min(axis=-1)
-        return np.repeat(lowest, self.axles, axis=-1)
+        return self._line.limit(distance)
 
     def _turning(self) -> Numbers:
         """Mean angular velocity of the wheels [rad/s]."""
@@ -723,6 +709,9 @@ class Plant:
         """Make the step of a row [s] under the inputs at a place."""
         self.measured_speed[place] = self._measured_speed
         self._commanded[place] = self._torque
+        if self._line.towing:
+            distance, way = self._states["distance"], step * self._states["speed"]
+            self._inputs["resistance_force"][place] = self._line.pull(distance, way)
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
         self._step_on(place, self._timing.step * row, step, self._tolerance)

@@ -4,6 +4,7 @@ from contactlib.vehicle.available_force import available_force
 from contactlib.vehicle.conditions import Conditions, OperatingPoint
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
+from contactlib.vehicle.driver import Driver
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile, Track
@@ -16,6 +17,7 @@ __all__ = [
     "Conditions",
     "CreepControl",
     "CreepCurve",
+    "Driver",
     "Drivetrain",
     "DynamicLoad",
     "Fold",

@@ -132,6 +132,65 @@ class Profile:
         lowest = [sections[i:j].min() for i, j in zip(first, last, strict=True)]
         return Profile(np.repeat(ends, 2), np.repeat(lowest, 2)[1:-1])  # type: ignore[arg-type]
 
+    def kept_by(self, deceleration: float) -> Profile:
+        """Square of the highest speed [m2/s2] from which a deceleration [m/s2] keeps steps ahead.
+
+        By v^2 = v_limit^2 + 2 a s, which is linear in the distance s before a lower limit.
+
+        Raises
+        ------
+        ValueError
+            If the profile does not change in steps alone.
+
+        Examples
+        --------
+        >>> limit = Profile.steps((0.0, 100.0), (20.0, 10.0))
+        >>> limit.kept_by(2.0)([20.0, 25.0, 75.0, 100.0]).tolist()
+        [400.0, 400.0, 200.0, 100.0]
+        """
+        slope = 2.0 * checked_number("deceleration", deceleration, POSITIVE)
+        points = list(zip(self.at, self.value, strict=True))
+        if any(a != b and u != v for (a, u), (b, v) in pairwise(points)):
+            raise ValueError(f"value = {shown(self.value)} must change in steps: use Profile.steps")
+        after = self.value[-1] ** 2  # behind a jump, from the last one on
+        jumps = [(place, before) for (place, before), (b, _) in pairwise(points) if place == b]
+        made = [] if jumps else [(self.at[-1], after)]
+        sections = zip([-np.inf, *(place for place, _ in jumps)], jumps, strict=False)
+        for left, (place, limit) in reversed(list(sections)):
+            top, end = limit**2, min(limit**2, after)
+            made += [(place, after), (place, end)][after == end :]
+            begin = max(place - (top - end) / slope, left)  # of the braking
+            after = end + slope * (place - begin)
+            made += [(begin, after)] * (left < begin < place)
+        return Profile(*zip(*reversed(made), strict=True))
+
+    def mirrored(self) -> Profile:
+        """The profile as it is met in the other direction, over the negative of its places."""
+        return Profile(tuple(-place for place in self.at[::-1]), self.value[::-1])
+
+    def mean_behind(self, at: ArrayLike, near: ArrayLike, far: float) -> FloatArray:
+        """Mean of the values between `far` and `near` behind some places, `far` not `near`.
+
+        Examples
+        --------
+        >>> Profile((0.0, 0.0), (0.0, 0.02)).mean_behind([0.0, 50.0, 100.0, 200.0], 0.0, 100.0)
+        array([0.  , 0.01, 0.02, 0.02])
+        """
+        places, values = np.array(self.at), np.array(self.value)
+        middles = 0.5 * (values[1:] + values[:-1])
+        areas = np.concatenate([[0.0], np.cumsum(middles * np.diff(places))])
+
+        def area(end: FloatArray) -> FloatArray:
+            """Integral from the first place on."""
+            i = np.clip(np.searchsorted(places, end, side="right") - 1, 0, places.size - 1)
+            return np.asarray(areas[i] + 0.5 * (values[i] + self(end)) * (end - places[i]))
+
+        end = checked("at", at, FINITE, copy=False)
+        first = checked("near", near, FINITE, copy=False)
+        last = checked_number("far", far, FINITE)
+        common_shape({"at": end, "near": first})
+        return np.asarray((area(end - first) - area(end - last)) / (last - first))
+
     def over_distance(self, survey: Survey) -> Profile:
         """The profile over the distance of a run, from one over the places of a survey."""
         if (survey.start, survey.sign) == (0.0, 1.0):
@@ -208,8 +267,8 @@ class Track:
         vehicle's own grade [1]. Default: 0. Each axle meets the grade of its own place.
     speed_limit : Profile, optional
         Speed over distance [m] from which the driver demands no traction [m/s]: the demand falls
-        linearly to zero over the last 1 m/s below the lowest one under any axle. Braking remains.
-        Default: none.
+        linearly to zero over the last 1 m/s below the lowest one under any axle. Braking remains;
+        a `Driver` brakes for lower limits and downhill. Default: none.
     cleaning : float, optional
         Inverse of the slip work per length of one rail for 63 % of the recovery of friction [m/J]:
         1e-3 if a wheel that pulls 20 kN at a creepage of 5 %, 1 kJ/m, recovers so much. Default: 0,

@@ -53,7 +53,8 @@ class Vehicle(Parameters):
         Mass of the train behind the coupler [kg]. Default: 0.
     length : float, optional
         Length of vehicle and train behind the first axle [m]. A lower speed limit holds until the
-        tail has passed. Default: up to the last axle.
+        tail has passed, and the train, evenly along its length, is on the grades behind the last
+        axle. Default: up to the last axle; the train is on the grades under the axles.
     body_height : float
         Height of the body's centre of mass above the rail [m].
     bogie_height : float

@@ -109,6 +109,15 @@ FEATURES: Mapping[str, Sections] = {
             "speed_limit": [14.0, 14.0, 10.2, 10.2],
         }
     },
+    "driver": {
+        "track": {
+            **PATCH,
+            **RIGHT,
+            "grade": [-0.02, -0.02, 0.01, 0.0],
+            "speed_limit": [14.0, 14.0, 9.9, 9.9],
+        },
+        "driver": {"deceleration": 0.6},
+    },
     "cleaning": {"track": {**PATCH, **RIGHT, "cleaning": 1e-4}},
     "errors": {
         "sensors": {"vehicle_speed_bias": 0.01, "wheel_diameter_error": -4e-3, "delay": 0.01}
@@ -121,7 +130,7 @@ FEATURES: Mapping[str, Sections] = {
 }
 ONLY = {"load": False, "some axles": True}  # for a wheelset, for a vehicle
 ONE_OF = [
-    {"rails", "map", "conditions", "line", "cleaning"},
+    {"rails", "map", "conditions", "line", "driver", "cleaning"},
     {"errors", "estimate"},
     {"encoder", "estimate"},
     {"layer", "conditions"},
@@ -447,7 +456,7 @@ def powers_of(unit: str) -> np.ndarray:
     return total
 
 
-# With g, lengths go with the square of time. Controllers have times, speeds and accelerations of
+# With g, lengths go with the square of time. Controllers and drivers have times and speeds of
 # their own, so only the open loop is similar in these; and a contact with memory loses the force
 # beyond a friction that jumps within 0.1 ms, whatever the units (RELEASE in fmu/kernel/memory.h).
 HEAVIER, LONGER = (2.0, 1.0, 1.0), (3.0, 4.0, 2.0)
@@ -459,7 +468,7 @@ def test_similar_vehicles_run_alike(case: Case, tmp_path: Path) -> None:
     sections = sections_of(case)
     sections["controllers.tested"]["sample_time"] = 0.01
     scales = [HEAVIER]
-    if case.controller == "open_loop" and not {"line", "conditions"} & set(case.features):
+    if case.controller == "open_loop" and not {"line", "driver", "conditions"} & set(case.features):
         scales += [LONGER] * (not (case.axles and "cleaning" in case.features))
     if "conditions" in case.features:
         scales = []  # the layer of a published rail has the stiffness that it has

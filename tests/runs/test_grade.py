@@ -99,3 +99,42 @@ def test_the_loads_of_a_vehicle_are_those_on_its_own_grade() -> None:
     other = cl.run_scenario(vehicle_on(Track(), 0.02), "open_loop")
     for name in ("axle_load", "speed", "creep_force"):
         assert_allclose(there[name], other[name], rtol=1e-10)
+
+
+def test_a_train_is_on_the_grades_behind_its_vehicle() -> None:
+    """The work against them is that of its altitudes, and the coupler's force changes the loads."""
+    slope = cl.Profile((0.0, 15.0, 15.0, 40.0), (0.0, 0.02, -0.01, 0.0))
+    case = vehicle_on(Track(grade=slope))
+    wheelset, vehicle = case.drivetrain.wheelset, case.vehicle
+    assert vehicle is not None
+    assert wheelset.mass is not None
+    body = replace(wheelset, resistance=Resistance())
+    case = replace(case, drivetrain=replace(case.drivetrain, wheelset=body), duration=4.0)
+    train = replace(case, vehicle=replace(vehicle, length=60.0))
+    run = cl.run_scenario(train, "open_loop", tolerance=1e-9)
+    rows = np.arange(0, run.time.size, 100)
+    place, speed = run["distance"][rows], run["speed"]
+    behind = 12.9 + 47.1 * (np.arange(1000) + 0.5) / 1000.0
+    own = [altitude(slope, axles).mean() for axles in place]
+    far = [altitude(slope, x - behind).mean() for x in place[:, 0]]
+    weights = vehicle.own_mass * np.array(own) + vehicle.train_mass * np.array(far)
+    gained = STANDARD_GRAVITY * (weights - weights[0])
+    work = run["resistance_work"].sum(axis=-1)[rows]
+    assert np.ptp(gained) > 1e5
+    assert_allclose(work, gained, atol=1e-5 * np.ptp(gained))
+    # Moments about the rail: of inertia and weight along the track, and of the coupler's force.
+    last, h = -200, run.time[1]
+    pull = vehicle.train_mass * STANDARD_GRAVITY * slope(run["distance"][last, 0] - behind).mean()
+    rate = (speed[last + 1] - speed[last - 1]) / (2.0 * h)
+    along = rate + STANDARD_GRAVITY * run["grade"][last].mean()
+    bodies = (
+        (vehicle.body_mass, vehicle.body_height),
+        (2.0 * vehicle.bogie_mass, vehicle.bogie_height),
+    )
+    moment = sum(mass * along * height for mass, height in bodies)
+    moment += 4.0 * vehicle.wheelset_mass * along * wheelset.radius
+    moment += (vehicle.train_mass * rate + pull) * vehicle.coupler_height
+    turning = (run["omega"][last + 1] - run["omega"][last - 1]).sum() / (2.0 * h)
+    moment += vehicle.pitch_inertia * turning
+    shift = run["axle_load"][last] - run["axle_load"][last].mean()
+    assert shift @ vehicle.position == pytest.approx(moment, rel=2e-3)

@@ -1,4 +1,4 @@
-"""Speed limits of a track: the driver demands no traction above them."""
+"""Speed limits of a track: no traction above them, and drivers who keep them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from plain_scenario import plain_scenario
 
 import contactlib as cl
 from contactlib.runs import run_many
+from contactlib.runs.line import BELOW, RESERVE
 from contactlib.traction import Sensors
-from contactlib.vehicle import Track
+from contactlib.vehicle import Driver, Track
 
 BODY = cl.load_model("locomotive.toml").wheelset
 LOWER = cl.Profile((30.0, 30.0), (11.2, 9.0))
@@ -92,3 +93,84 @@ def test_a_limit_holds_until_the_tail_has_passed() -> None:
     assert (cl.run_scenario(own, "open_loop")["speed_limit"] <= axles["speed_limit"]).all()
     with pytest.raises(ValueError, match=r"length = 5.0 is out of range: must be >= 12.9, the la"):
         replace(vehicle, length=5.0)
+
+
+def driven(name: str, *limits: float, deceleration: float, **changes: Any) -> cl.Scenario:
+    """A shipped scenario downhill, whose limit falls at 120 m from the first to the second one."""
+    limit = cl.Profile.steps((0.0, 120.0), limits)
+    grade = cl.Profile((0.0, 60.0), (0.0, -0.01))
+    return replace(
+        cl.load_scenario(name),
+        track=Track(speed_limit=limit, grade=grade),
+        driver=Driver(deceleration=deceleration),
+        demand=cl.Profile.of(changes.pop("demand")),
+        sensors=Sensors(),
+        duration=20.0,
+        **changes,
+    )
+
+
+KEPT = {
+    "brake with a delay": driven(
+        "coach_braking.toml", 16.0, 13.0, deceleration=0.7, initial_speed=15.0, demand=2.5e3
+    ),
+    "motor, train": driven(
+        "four_axles.toml", 12.0, 10.5, deceleration=0.2, initial_speed=11.5, demand=8e3
+    ),
+    "wheelset": driven(
+        "dry_wet_dry.toml", 12.9, 12.0, deceleration=0.2, initial_speed=12.5, demand=9e3
+    ),
+}
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_a_driver_keeps_limits_within_the_deceleration(name: str) -> None:
+    case = KEPT[name]
+    assert case.driver is not None
+    assert case.track.speed_limit is not None
+    a = case.driver.deceleration
+    control = next(iter(case.controllers))
+    run = cl.run_scenario(case, control)
+    speed, limit = run["speed"], run["speed_limit"]
+    assert (speed < limit).all()
+    assert np.diff(speed).min() > -1.001 * a * run.time[1]
+    # It falls from where v^2 = v_limit^2 + 2 a s, and at last stays just below the limit.
+    high, low = np.sqrt(case.track.speed_limit.kept_by(RESERVE * a)([0.0, 120.0]))
+    place = run["distance"].reshape(run.time.size, -1)[:, 0]
+    begin = 120.0 - (high**2 - low**2) / (2.0 * RESERVE * a)
+    middle = (place > begin + 10.0) & (place < 118.0)
+    kept = np.sqrt(low**2 + 2.0 * RESERVE * a * (120.0 - place[middle]))
+    assert place[-1] > 160.0
+    assert_allclose(speed[middle], kept, atol=2.0 * BELOW)
+    assert_allclose(speed[-1], low - BELOW, atol=0.02)
+    assert_allclose(np.diff(speed)[-10:], 0.0, atol=2e-3 * run.time[1])
+
+
+def test_drivers_of_many_vehicles_are_their_own() -> None:
+    """One of three has a driver, and a limit that wet rails do not allow to keep is exceeded."""
+    kept = replace(KEPT["brake with a delay"], duration=11.0)
+    control = next(iter(kept.controllers))
+    icy = replace(kept.track, friction_left=cl.Profile.of(0.05))
+    cases = [kept, replace(kept, driver=None), replace(kept, track=icy, demand=cl.Profile.of(0.0))]
+    runs = run_many(cases, control, ["final_speed", "overspeed"])
+    for i, case in enumerate(cases):
+        one = cl.run_scenario(case, control)
+        assert runs["final_speed"][i] == pytest.approx(one["speed"][-1], rel=1e-6)
+    assert runs["overspeed"][0] == 0.0
+    assert runs["overspeed"][1] > 1.5
+    assert runs["overspeed"][2] > 1.0
+
+
+def test_a_driver_needs_a_limit_in_steps_and_a_free_speed() -> None:
+    case = KEPT["wheelset"]
+    for track, message in (
+        (Track(), "driver keeps the speed limits of a track, which has none: give track.speed_li"),
+        (
+            Track(speed_limit=cl.Profile((0.0, 9.0), (20.0, 9.0))),
+            "track.speed_limit.value = .*step",
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            replace(case, track=track)
+    with pytest.raises(ValueError, match=r"deceleration = 0\.0 is out of range"):
+        Driver(deceleration=0.0)
