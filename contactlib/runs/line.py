@@ -166,23 +166,22 @@ class Line:
         """
         n = self._axles
         v, torque = speed[::n], demand[::n]
-        way = np.where(v != 0.0, v, torque)
-        sign = np.where(way < 0.0, -1.0, 1.0)
+        sign = np.where(np.where(v != 0.0, v, torque) < 0.0, -1.0, 1.0)
+        way = np.multiply.outer([0.0, 1.0, 1.0], v * self._lag) + [[0.0], [0.0], [self._ahead]] * v
+        at = distance + np.repeat(way, n, axis=1)
+        squares = self._vehicles(self._curves[0](at)).min(axis=-1)
+        if (sign < 0.0).any():
+            backward = self._vehicles(self._curves[1](-at)).min(axis=-1)
+            squares = np.where(sign > 0.0, squares, backward)
+        here, there, later = np.sqrt(squares)  # highest speeds, here and where the brake acts
         v = np.abs(v)
-        here = sign * v  # signed again, for places
-        speeds = []
-        for time in (0.0, self._lag, self._lag + self._ahead):
-            at = self._vehicles(distance) + (here * time)[:, np.newaxis]
-            forward, backward = (
-                self._vehicles(c(s.ravel())).min(axis=-1)
-                for c, s in zip(self._curves, (at, -at), strict=True)
-            )
-            speeds.append(np.sqrt(np.where(sign > 0.0, forward, backward)))
-        aim = speeds[0] - np.minimum(BELOW, SHARE_BELOW * speeds[0])
-        falling = np.minimum((speeds[2] - speeds[1]) / self._ahead, 0.0)
+        aim = here - np.minimum(BELOW, SHARE_BELOW * here)
+        falling = np.minimum((later - there) / self._ahead, 0.0)
         rate = np.maximum(falling + (aim - v) / self._time, -self._braking)
         grade = self._own_grade + self._vehicles(self._grades(distance)).mean(axis=-1)
-        weight = self._mass * STANDARD_GRAVITY * grade + self.pull(distance, 0.0 * distance)[::n]
+        weight = self._mass * STANDARD_GRAVITY * grade
+        if self.towing:
+            weight = weight + self.pull(distance, 0.0 * distance)[::n]
         running = n * (self._constant + (self._linear + self._quadratic * v) * v)
         force = self._moved * rate + running + n * sign * weight
         most = force * self._radius / np.where(force < 0.0, self._acting[1], self._acting[0])
