@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib.base.units import STANDARD_GRAVITY
 
 WITHIN = 0.05  # of the speed: limit of the estimate's error
 
@@ -26,22 +27,24 @@ def coach(duration: float, *, slippery: bool = False, locks: bool = False) -> cl
     return scenario
 
 
-@pytest.mark.parametrize(("braked", "train"), [("", 0.0), ("braked = [1, 2, 4]", 20e3)])
+@pytest.mark.parametrize(
+    ("braked", "train", "grade"), [("", 0.0, 0.0), ("braked = [1, 2, 4]", 20e3, -0.012)]
+)
 def test_a_stop_in_the_terms_of_braking_is_that_of_a_point_mass(
-    tmp_path: Path, braked: str, train: float
+    tmp_path: Path, braked: str, train: float, grade: float
 ) -> None:
     """Brakes of a vehicle without resistance that build up to 95 % in 2 s, after 0.4 s."""
     text = Path("models/coach_braking.toml").read_text().split("[track]")[0]
     free = "[wheelset_changes.wheelset]\ndamping = 0.0\n"
-    free += "[wheelset_changes.resistance]\nconstant = 0.0\nquadratic = 0.0"
+    free += "[wheelset_changes.resistance]\nconstant = 0.0\nquadratic = 0.0\n"
+    free += f"grade = {grade}"
     for old, new in (
         ("[demand]", f"{free}\n[demand]"),
         ("[vehicle]", f"[vehicle]\ntrain_mass = {train}\n{braked}"),
         ('"250 ms"', "0.25\npressure = '3.8 bar'\ntorque = 6e3"),
         ("fill_time = 0.25", "build_up_time = 2.0"),
         ('"40 ms"', "0.4"),
-        ("memory = true", "memory = false"),
-        ("duration = 45.0", "duration = 55.0"),
+        ("duration = 45.0", "duration = 65.0"),
         ('"wet"', '"dry"'),
         ('time = [0.5, 1.5]\ntorque = [0.0, "-5.7 kN.m"]', "time = [0.5, 0.5]\nDEMAND"),
     ):
@@ -64,9 +67,11 @@ def test_a_stop_in_the_terms_of_braking_is_that_of_a_point_mass(
         cases[name] = cl.load_scenario(file)
         assert cases[name].demand.value[1] == pytest.approx(terms["torque"], rel=1e-12)
     run = cl.run_scenario(cases["pressure"], "open_loop", tolerance=1e-5)
-    # v = a (s - lag (1 - exp(-s/lag))) at s after the delay, with the last term gone.
-    s = v / 0.9 + lag
-    way = v * (first + s) - 0.9 * (0.5 * s**2 - lag * s + lag**2)
+    # v = b t + a (s - lag (1 - exp(-s/lag))) at s after the delay, with the last term gone.
+    b = STANDARD_GRAVITY * grade * mass * 0.9 / full
+    s = (v - b * first + 0.9 * lag) / (0.9 + b)
+    t = first + s
+    way = v * t - 0.5 * b * t**2 - 0.9 * (0.5 * s**2 - lag * s + lag**2)
     assert run["distance"][-1, 0] == pytest.approx(way, rel=2e-3)
     assert run["cylinder_pressure"].max() == pytest.approx(terms["pressure"], rel=1e-6)
     assert "cylinder_pressure" in run.units
@@ -135,6 +140,31 @@ def test_locked_wheels_do_not_stop_where_protected_ones_do() -> None:
     assert wsp["stopping_distance"] < 1500.0 < locked["distance"]
     assert np.isinf(locked["stopping_distance"])
     assert locked["locked_time"] > 50.0
+
+
+@pytest.mark.slow
+def test_locked_wheels_stop_sooner_where_friction_does_not_fall(tmp_path: Path) -> None:
+    """All friction acts on them at all times, with the resistances, as on a point mass."""
+    text = Path("models/coach_braking.toml").read_text()
+    for old, new in (
+        ('condition = "wet"', "slip_rate_residual = 1.0\nstatic = 0.5\nkinetic = 0.5"),
+        ("distance = [300.0, 300.0]\nfriction = [0.08, 0.55]", "distance = [0]\nfriction = [0.08]"),
+        ("acceleration_limit = 1.3\ntrial_time = 1.0\n", ""),
+        ("160 km/h", "72 km/h"),
+        ("[0.5, 1.5]", "[0.0, 0.1]"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "stop.toml").write_text(text)
+    case = cl.load_scenario(tmp_path / "stop.toml")
+    names = ["stopping_distance", "locked_time"]
+    locked, held = (cl.run_many([case], name, names) for name in ("open_loop", "wsp"))
+    assert held["locked_time"] == 0.0
+    assert locked["locked_time"] > 20.0
+    force, quadratic = 0.08 * 45e3 * STANDARD_GRAVITY + 4.0 * 170.0, 4.0 * 0.9
+    way = 45e3 / (2.0 * quadratic) * np.log(1.0 + quadratic * 20.0**2 / force)
+    assert 1.0 < locked["stopping_distance"] / way < 1.02  # the brake fills first
+    assert held["stopping_distance"] > 1.03 * locked["stopping_distance"]
 
 
 @pytest.mark.slow
