@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from contactlib.base.units import in_si
 from contactlib.cli.console import (
     ConsoleReporter,
     Group,
@@ -50,6 +51,22 @@ def demo(output: Path) -> None:
     )
 
 
+def _bands(
+    _context: click.Context, _option: click.Parameter, text: str | None
+) -> dict[str, tuple[float, ...]]:
+    """Limits of the diagram's band, as an argument of `figures.run_diagram`."""
+    from contactlib.figures.diagram import checked_band
+
+    if text is None:
+        return {}
+    name, unit = ("creepage_limits", "1") if "%" in text else ("slip_limits", "m/s")
+    try:
+        ends = [in_si(end, unit, bare=True) for end in text.split(",")]
+        return {name: checked_band(name, ends)}
+    except ValueError as error:
+        raise ValueError(f"--slip-limits = {text!r}: {error}") from None
+
+
 @main.command()
 @click.argument("scenario")
 @click.option("--control", help="Name of a controller in the file. Default: the first.")
@@ -67,6 +84,18 @@ def demo(output: Path) -> None:
     default="time",
     show_default=True,
     help="Axis of the figures.",
+)
+@click.option(
+    "--diagram",
+    is_flag=True,
+    help="Draw each run on one page of A4 as well; a scenario with a brake needs no option.",
+)
+@click.option(
+    "--slip-limits",
+    "bands",
+    metavar="LOW,HIGH",
+    callback=_bands,
+    help="Band in that diagram: slip speeds, as 0,30km/h, or creepages, as 5%,25%. Default: none.",
 )
 @drawing_options
 @click.option(
@@ -89,6 +118,8 @@ def simulate(
     compare: bool,
     seed: int | None,
     over: str,
+    diagram: bool,
+    bands: dict[str, tuple[float, ...]],
     signals: tuple[str, ...],
     output: Path | None,
     formats: tuple[str, ...],
@@ -115,7 +146,9 @@ def simulate(
         raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
     names = names if compare else [control or names[0]]
     folder = output or Path(f"contactlib-{Path(scenario).stem}")
-    write_report(loaded, names, folder, ConsoleReporter(), formats, over, signals)
+    drawn = diagram or bands or loaded.drivetrain.brake is not None
+    page = {"file": Path(scenario).name, **bands} if drawn else None
+    write_report(loaded, names, folder, ConsoleReporter(), formats, over, signals, page)
     print_line(f"Metrics, time series and figures are in {folder}")
 
 

@@ -64,6 +64,7 @@ def write_report(
     formats: Sequence[str] = ("png", "svg"),
     over: str = "time",
     signals: Sequence[str] = (),
+    diagram: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -86,6 +87,9 @@ def write_report(
         Axis of the figures: "time" or "distance".
     signals : sequence of str, optional
         More signals of the contact, as for `run_scenario`, which the CSV files get.
+    diagram : mapping, optional
+        Arguments of `figures.run_diagram`, such as limits, for the figure NAME.diagram of each run.
+        Default: no such figure.
 
     Returns
     -------
@@ -140,7 +144,7 @@ def write_report(
     for name, axles in by_axle.items():
         write_comparison(output, axles, stem=f"{name}.axles", of="axle")
     with reporter.step(f"{scenario.name}: drawing"):
-        for name, figure in _drawn(scenario, results, all_metrics, by_axle, over).items():
+        for name, figure in _drawn(scenario, results, all_metrics, by_axle, over, diagram).items():
             figures.save_pictures(figure, output, name, formats)
         if len(names) == 1:
             for suffix in formats:
@@ -174,6 +178,7 @@ def _drawn(
     all_metrics: Mapping[str, Any],
     by_axle: Mapping[str, Mapping[str, Metrics]],
     over: str,
+    diagram: Mapping[str, Any] | None,
 ) -> dict[str, Any]:
     """Figures of the runs by name of their files."""
     texts = vehicle_text(scenario) + drivetrain_setting(scenario.drivetrain), track_text(scenario)
@@ -193,6 +198,10 @@ def _drawn(
         title = f"{scenario.name}: {figures.run_name(name)}"
         shown = list(by_axle.get(name, {name: all_metrics[name]}).values())
         drawn[name] = figures.scenario_run(result, shown, title=title, over=over, **look)
+        if diagram is not None:
+            of_run = result, all_metrics[name], scenario, name
+            page = figures.run_diagram(*of_run, caption=caption, over=over, **diagram)
+            drawn[f"{name}.diagram"] = page
         if name in by_axle:
             curve = figures.vehicle_creep_curve(result, wheelset, title=title, caption=caption)
             drawn[f"{name}.creep_curve"] = curve

@@ -1,5 +1,6 @@
 """Figures: the only subpackage that imports matplotlib. Every function returns a `Figure`."""
 
+from contactlib.figures.diagram import run_diagram
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures
 from contactlib.figures.maps import draw_maps, map_figure
@@ -46,6 +47,7 @@ __all__ = [
     "fold_diagram",
     "map_figure",
     "page_size",
+    "run_diagram",
     "run_name",
     "save",
     "save_pictures",

@@ -239,16 +239,17 @@ def _label_first(figure: Figure) -> None:
 def _drawn(
     results: Sequence[Result], over: str, minimum_speed: float, units: Units = IN_SI
 ) -> list[_Drawn]:
-    if over not in AXES:
-        raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
     window = max(float(np.ptp(result.time)) for result in results) / WINDOWS
     return [
-        _Drawn(result, _along(result, over), drawn_creepage(result, minimum_speed), window, units)
+        _Drawn(result, along(result, over), drawn_creepage(result, minimum_speed), window, units)
         for result in results
     ]
 
 
-def _along(result: Result, over: str) -> FloatArray:
+def along(result: Result, over: str) -> FloatArray:
+    """Times or distances of the rows, or a ValueError for any other axis."""
+    if over not in AXES:
+        raise ValueError(f"over = {over!r} must be one of: {', '.join(AXES)}")
     return result["distance"] if over == "distance" else result.time
 
 

@@ -17,6 +17,8 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
@@ -67,6 +69,7 @@ SHOWN = {  # parameters in captions: symbol, factor and unit, if not those of th
     "delay": ("brake delay", 1e3, "ms"),
 }
 DEFAULTS = declared(ForceElement)
+NAMED = 1.04  # where names of lines stand / width of their panel
 SLIDES = {"16:9": "13.333x7.5", "4:3": "10x7.5"}  # sizes by name [in]
 # Colours that colour-blind readers can distinguish (Okabe & Ito): blue, orange, green.
 CYCLE = ("#0072B2", "#D55E00", "#009E73")
@@ -386,6 +389,37 @@ def mark(
 def arrow(axes: Axes, tail: tuple[Any, Any], tip: tuple[Any, Any], **look: Any) -> None:
     """Draw an arrow between two points."""
     axes.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": paint.ink} | look)
+
+
+def name_lines(figure: Figure) -> None:
+    """Write the name of each line that has one beside its right end, none over another."""
+    named: list[tuple[Axes, list[tuple[float, Line2D, Text]]]] = []
+    for axes in figure.axes:
+        ends: list[tuple[float, Line2D]] = []
+        for line in axes.lines:
+            points = np.asarray(line.get_xydata(), np.float64)
+            shown = points[np.isfinite(points[:, 1]) & (points[:, 0] <= axes.get_xlim()[1])]
+            if not str(line.get_label()).startswith("_") and shown.size:
+                _, height = (axes.transData - axes.transAxes).transform(shown[-1])
+                ends.append((float(np.clip(height, 0.0, 1.0)), line))
+        ends.sort(key=lambda one: -round(one[0], 2))
+        look: dict[str, Any] = {"transform": axes.transAxes, "va": "center"}
+        texts = [axes.text(NAMED, y, str(line.get_label()), **look) for y, line in ends]
+        named.append((axes, [(*end, text) for end, text in zip(ends, texts, strict=True)]))
+    figure.draw_without_rendering()
+    for axes, rows in named:
+        heights = [float(t.get_window_extent().height) / axes.bbox.height for *_, t in rows]
+        free = math.inf
+        for number, (y, line, text) in enumerate(rows):
+            below, half = sum(heights[number + 1 :]), 0.5 * heights[number]
+            place = min(max(y, below), free - half)
+            free = place - half
+            text.set(y=place, color=line.get_color())
+            lead = Line2D([], [])
+            lead.update_from(line)
+            lead.set(transform=axes.transAxes, clip_on=False, label="")
+            lead.set_data(np.array([1.0, NAMED - 0.005]), np.array([y, place]))
+            figure.add_artist(lead)
 
 
 def line_length(figure: Figure, per_inch: float) -> int:
