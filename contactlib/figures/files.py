@@ -13,6 +13,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox, ScaledTranslation
@@ -33,7 +34,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     """Write a figure to `path`; the suffix sets the format, any that matplotlib writes, or csv.
 
     Files in png, svg and pdf hold no date: the same figure gives the same bytes. A CSV file has the
-    numbers of the figure's lines, a row for each point: panel, line, x and y.
+    numbers of the figure's lines, a row for each point: panel, line, x and y; if it has coloured
+    areas, also their points, with the value that their colour shows in a fifth column.
 
     Raises
     ------
@@ -89,22 +91,43 @@ def _write(figure: Figure, paths: Sequence[Path]) -> list[Path]:
 
 
 def _points(figure: Figure) -> str:
-    """CSV of all lines of a figure, in the order in which they were drawn."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["panel", "line", "x", "y"])
+    """CSV of all lines and coloured areas of a figure, in the order in which they were drawn.
+
+    Areas add a column for what their colours show.
+    """
+    bars = [axes.get_ylabel() for axes in figure.axes if axes.get_label() == "<colorbar>"]
+    rows: list[list[Any]] = []
     for number, axes in enumerate(figure.axes, start=1):
         panel = axes.get_title() or axes.get_title("left") or f"{number}"
-        names = axes.get_xlabel() or "x", axes.get_ylabel() or "y"
+        names = _label(axes, "x"), _label(axes, "y")
         for line in axes.lines:
             if line.get_transform() != axes.transData:  # at a place of the axes: it has no numbers
                 continue
             label = str(line.get_label())
             name = f"{names[1]} over {names[0]}" if label.startswith("_") else label
-            writer.writerows(
-                [panel, name, *point] for point in np.asarray(line.get_xydata()).tolist()
-            )
+            rows += [[panel, name, *point] for point in np.asarray(line.get_xydata()).tolist()]
+        meshes = [part for part in axes.collections if isinstance(part, QuadMesh)]
+        for mesh in meshes if bars and axes.get_label() != "<colorbar>" else []:
+            places = np.asarray(mesh.get_coordinates())
+            values: Any = np.ma.array(mesh.get_array(), np.float64)
+            if values.size < places[..., 0].size:  # of the areas between the places
+                places = 0.5 * (places[1:] + places[:-1])
+                places = 0.5 * (places[:, 1:] + places[:, :-1])
+            known = np.ma.filled(values, np.nan).ravel()
+            points = np.column_stack([places.reshape(-1, 2), known]).tolist()
+            rows += [[panel, bars[0], *point] for point in points]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["panel", "line", "x", "y", *["colour"] * bool(bars)])
+    writer.writerows([*(" ".join(name.split()) for name in row[:2]), *row[2:]] for row in rows)
     return text.getvalue()
+
+
+def _label(axes: Axes, which: str) -> str:
+    """Label of an axis, or of one with which it is shared."""
+    shared = axes.get_shared_x_axes() if which == "x" else axes.get_shared_y_axes()
+    labels = [getattr(one, f"get_{which}label")() for one in (axes, *shared.get_siblings(axes))]
+    return next(filter(None, labels), which)
 
 
 def clear_legends(figure: Figure) -> None:

@@ -279,16 +279,40 @@ def test_the_lines_of_a_figure_are_written_as_numbers(tmp_path: Path) -> None:
     rows = csv.DictReader(text.splitlines())
     x, y = np.array([[r["x"], r["y"]] for r in rows if r["line"] == line], float).T
     np.testing.assert_array_equal(y, cl.CarterGriffith(k_hat=0.0).traction_ratio(x))
-    figure, axes = new_figure(3.0, 2.0, ncols=2)
+    figure, axes = new_figure(3.0, 2.0, ncols=2, sharey=True)
     axes[0].plot([0.0, 1.0], [0.5, 0.1])
     labelled(axes[0], "place", "force", "left")
     axes[0].axvline(0.5)
     axes[1].plot([2.0], [3.0], "o", label="a, b")
+    axes[1].plot([2.0], [4.0])
     text = figures.save(figure, tmp_path / "y.csv").read_text()
     assert text == (
         "panel,line,x,y\nleft,force over place,0.0,0.5\nleft,force over place,1.0,0.1\n"
-        '2,"a, b",2.0,3.0\n'
+        '2,"a, b",2.0,3.0\n2,force over x,2.0,4.0\n'
     )
+
+
+def test_the_colours_of_a_figure_are_written_as_numbers(tmp_path: Path) -> None:
+    """Of points, as on the contact patch, and of areas between them, as on a map."""
+    law = cl.CarterGriffith(k_hat=0.0, contact="elliptic")
+    text = figures.save(figures.contact_patches(law), tmp_path / "x.csv").read_text()
+    rows = [row for row in csv.DictReader(text.splitlines()) if row["line"].startswith("shear")]
+    assert {row["panel"].partition(":")[0] for row in rows} == {
+        *("Before the peak", "At the peak", "Past the peak")
+    }
+    x, y, drawn = np.array([[row[c] for c in ("x", "y", "colour")] for row in rows], float).T
+    slides = [row["panel"].startswith("Past") for row in rows]  # all of it: Hertz, with b/a = 2
+    hertz = np.sqrt(np.maximum(1.0 - x**2 - 0.25 * y**2, 0.0))
+    np.testing.assert_allclose(drawn[slides], hertz[slides], atol=1e-7)
+    assert (drawn <= hertz + 1e-7).all()
+    data = map_data.analysed()[["critical_torque"]]
+    (path,) = figures.draw_maps(data, tmp_path, ("csv",))
+    rows = [row for row in csv.DictReader(path.read_text().splitlines()) if row["colour"]]
+    drawn = np.array([row["colour"] for row in rows], float)
+    assert drawn.size == data["critical_torque"].size
+    known = np.sort(drawn[np.isfinite(drawn)])
+    values = data["critical_torque"].values
+    np.testing.assert_allclose(1e3 * known, np.sort(values[np.isfinite(values)]))  # kN.m
 
 
 def test_a_sweep_s_maps_have_the_formats_that_are_requested(tmp_path: Path) -> None:
