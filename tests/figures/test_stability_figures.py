@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 import contactlib as cl
 from contactlib import stability
 from contactlib.figures import STABILITY_FIGURES
-from contactlib.figures.stability import loops, phase, slip_away
+from contactlib.figures.stability import bode, loops, phase, slip_away
 from contactlib.figures.stability import loops as gains
 from contactlib.figures.stability.torsion import drawn_axle
 from contactlib.stability import SteadyRollingWarning, torsion
@@ -121,6 +121,36 @@ def test_poles_are_eigenvalues(figures: dict[str, Figure], rig: cl.Model) -> Non
             point = rig.wheelset.balanced(creepage=float(zeta[i]), speed=speed)
             assert whole[i] == pytest.approx(point.eigenvalues[0], rel=1e-9, abs=1e-9)
             assert point.stable == np.isfinite(pole[i])
+
+
+def test_a_bode_plot_is_that_of_a_force_that_lags(
+    figures: dict[str, Figure], rig: cl.Model, locomotive: cl.Model
+) -> None:
+    body, axes = rig.wheelset.without_memory(), figures["bode"].axes
+    creepages = (
+        bode.RISING * cl.find_fold(body, speed=V).creepage,
+        cl.worst_pole(body, speed=V).creepage,
+    )
+    for upper, lower, creepage in zip(axes[:2], axes[2:], creepages, strict=True):
+        slope = body.balanced(creepage=creepage, speed=V).creep_force_slope
+        lag = 1.0 / (2.0 * np.pi * checks.place(upper.lines[-1])[0])
+        for label, time in (("with memory", lag), ("without memory", 0.0)):
+            hertz, size, style = checks.lines(upper, label)
+            s = 2j * np.pi * hertz
+            force = body.radius**2 * slope / V / (1.0 + time * s)
+            expected = body.radius / V / (body.inertia * s + body.damping + force)
+            assert_allclose(size, 1e5 * np.abs(expected), rtol=1e-6)
+            turned = np.exp(1j * np.radians(checks.lines(lower, label)[1]))
+            assert_allclose(turned, expected / np.abs(expected), atol=1e-5)
+            assert style == ("-" if slope > 0.0 else "--")
+    # Where nothing slips, L is the relaxation length.
+    element = replace(locomotive.wheelset.element, memory=True)
+    point = replace(locomotive.wheelset, element=element).balanced(creepage=1e-6, speed=V)
+    contact = element.contact
+    over_a = cl.laws.relaxation_lengths(
+        contact.semi_width / contact.transverse_half_length, contact.poisson_ratio
+    ).longitudinal
+    assert V / bode._rate(point) == pytest.approx(over_a * contact.semi_width, rel=1e-4)
 
 
 def test_longest_delay_is_one_over_the_worst_pole(

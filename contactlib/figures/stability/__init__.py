@@ -12,6 +12,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from contactlib.figures.runs import creep_curve
+from contactlib.figures.stability.bode import bode_figure
 from contactlib.figures.stability.loops import gains_figure, loop_figure
 from contactlib.figures.stability.phase import phase_figure
 from contactlib.figures.stability.s_curve import poles_figure, s_curve_figure
@@ -51,6 +52,9 @@ STABILITY_FIGURES = {
     "s_curve": StabilityFigure(s_curve_figure, "Steady creepages over drive torque"),
     "poles": StabilityFigure(
         poles_figure, "Fast pole, and the delays at which a gain can still hold it"
+    ),
+    "bode": StabilityFigure(
+        bode_figure, "Frequency response to the torque, with the contact's memory and without it"
     ),
     "phase": StabilityFigure(
         _steady(phase_figure), "Basin of grip, and runs on either side of its border"
