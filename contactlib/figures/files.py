@@ -99,12 +99,12 @@ def _points(figure: Figure) -> str:
     rows: list[list[Any]] = []
     for number, axes in enumerate(figure.axes, start=1):
         panel = axes.get_title() or axes.get_title("left") or f"{number}"
-        names = _label(axes, "x"), _label(axes, "y")
+        x, y = _label(axes, "x"), _label(axes, "y")
         for line in axes.lines:
             if line.get_transform() != axes.transData:  # at a place of the axes: it has no numbers
                 continue
             label = str(line.get_label())
-            name = f"{names[1]} over {names[0]}" if label.startswith("_") else label
+            name = f"{y} over {x}" if label.startswith("_") else label
             rows += [[panel, name, *point] for point in np.asarray(line.get_xydata()).tolist()]
         meshes = [part for part in axes.collections if isinstance(part, QuadMesh)]
         for mesh in meshes if bars and axes.get_label() != "<colorbar>" else []:
@@ -126,7 +126,7 @@ def _points(figure: Figure) -> str:
 def _label(axes: Axes, which: str) -> str:
     """Label of an axis, or of one with which it is shared."""
     shared = axes.get_shared_x_axes() if which == "x" else axes.get_shared_y_axes()
-    labels = [getattr(one, f"get_{which}label")() for one in (axes, *shared.get_siblings(axes))]
+    labels = (getattr(one, f"get_{which}label")() for one in (axes, *shared.get_siblings(axes)))
     return next(filter(None, labels), which)
 
 

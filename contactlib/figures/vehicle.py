@@ -104,6 +104,12 @@ def _best_and_worst(wheelset: Wheelset, result: Result, zeta: FloatArray) -> Ite
     for scale in sorted({friction.max(), friction.min()}):
         rows = np.flatnonzero(friction == scale)
         row = rows[np.abs(result["speed"][rows]).argmax()]
-        element = wheelset.with_slope(float(result["slope_scale"][row])).element
-        speed = max(abs(float(result["speed"][row])), element.minimum_speed)
-        yield element.at_creepage(zeta, speed=speed, friction_scale=scale)["traction_coefficient"]
+        yield curve_at(wheelset, result, row, zeta)
+
+
+def curve_at(wheelset: Wheelset, result: Result, row: int, zeta: FloatArray) -> FloatArray:
+    """Steady traction coefficient at the speed and on the rails of a row of an axle's result."""
+    element = wheelset.with_slope(float(result["slope_scale"][row])).element
+    friction = 0.5 * (result["friction_scale_left"][row] + result["friction_scale_right"][row])
+    speed = max(abs(float(result["speed"][row])), element.minimum_speed)
+    return element.at_creepage(zeta, speed=speed, friction_scale=friction)["traction_coefficient"]

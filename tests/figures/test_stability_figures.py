@@ -124,7 +124,7 @@ def test_poles_are_eigenvalues(figures: dict[str, Figure], rig: cl.Model) -> Non
 
 
 def test_a_bode_plot_is_that_of_a_force_that_lags(
-    figures: dict[str, Figure], rig: cl.Model, locomotive: cl.Model
+    figures: dict[str, Figure], rig: cl.Model
 ) -> None:
     body, axes = rig.wheelset.without_memory(), figures["bode"].axes
     creepages = (
@@ -143,14 +143,6 @@ def test_a_bode_plot_is_that_of_a_force_that_lags(
             turned = np.exp(1j * np.radians(checks.lines(lower, label)[1]))
             assert_allclose(turned, expected / np.abs(expected), atol=1e-5)
             assert style == ("-" if slope > 0.0 else "--")
-    # Where nothing slips, L is the relaxation length.
-    element = replace(locomotive.wheelset.element, memory=True)
-    point = replace(locomotive.wheelset, element=element).balanced(creepage=1e-6, speed=V)
-    contact = element.contact
-    over_a = cl.laws.relaxation_lengths(
-        contact.semi_width / contact.transverse_half_length, contact.poisson_ratio
-    ).longitudinal
-    assert V / bode._rate(point) == pytest.approx(over_a * contact.semi_width, rel=1e-4)
 
 
 def test_longest_delay_is_one_over_the_worst_pole(
