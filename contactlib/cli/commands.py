@@ -7,7 +7,6 @@ from pathlib import Path
 
 import click
 
-from contactlib.base.units import in_si
 from contactlib.cli.console import (
     ConsoleReporter,
     Group,
@@ -15,6 +14,7 @@ from contactlib.cli.console import (
     Whole,
     complain,
     drawing_options,
+    in_unit,
     output_option,
     print_line,
     with_progress,
@@ -51,22 +51,6 @@ def demo(output: Path) -> None:
     )
 
 
-def _bands(
-    _context: click.Context, _option: click.Parameter, text: str | None
-) -> dict[str, tuple[float, ...]]:
-    """Limits of the diagram's band, as an argument of `figures.run_diagram`."""
-    from contactlib.figures.diagram import checked_band
-
-    if text is None:
-        return {}
-    name, unit = ("creepage_limits", "1") if "%" in text else ("slip_limits", "m/s")
-    try:
-        ends = [in_si(end, unit, bare=True) for end in text.split(",")]
-        return {name: checked_band(name, ends)}
-    except ValueError as error:
-        raise ValueError(f"--slip-limits = {text!r}: {error}") from None
-
-
 @main.command()
 @click.argument("scenario")
 @click.option("--control", help="Name of a controller in the file. Default: the first.")
@@ -92,11 +76,12 @@ def _bands(
 )
 @click.option(
     "--slip-limits",
-    "bands",
-    metavar="LOW,HIGH",
-    callback=_bands,
-    help="Band in that diagram: slip speeds, as 0,30km/h, or creepages, as 5%,25%. Default: none.",
+    nargs=2,
+    metavar="LOW HIGH",
+    callback=lambda c, option, ends: [in_unit("m/s")(c, option, end) for end in ends or ()],
+    help="Band of slip speeds in that diagram, such as 0 30km/h. Default: none.",
 )
+@click.option("--animate", is_flag=True, help="Write the runs as an animation as well, a GIF.")
 @drawing_options
 @click.option(
     "--signal",
@@ -119,7 +104,8 @@ def simulate(
     seed: int | None,
     over: str,
     diagram: bool,
-    bands: dict[str, tuple[float, ...]],
+    slip_limits: list[float],
+    animate: bool,
     signals: tuple[str, ...],
     output: Path | None,
     formats: tuple[str, ...],
@@ -146,9 +132,9 @@ def simulate(
         raise ValueError(f"control = {control!r} must be one of: {', '.join(names)}")
     names = names if compare else [control or names[0]]
     folder = output or Path(f"contactlib-{Path(scenario).stem}")
-    drawn = diagram or bands or loaded.drivetrain.brake is not None
-    page = {"file": Path(scenario).name, **bands} if drawn else None
-    write_report(loaded, names, folder, ConsoleReporter(), formats, over, signals, page)
+    drawn = diagram or slip_limits or loaded.drivetrain.brake is not None
+    page = {"file": Path(scenario).name, "slip_limits": slip_limits} if drawn else None
+    write_report(loaded, names, folder, ConsoleReporter(), formats, over, signals, page, animate)
     print_line(f"Metrics, time series and figures are in {folder}")
 
 

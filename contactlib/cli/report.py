@@ -65,6 +65,7 @@ def write_report(
     over: str = "time",
     signals: Sequence[str] = (),
     diagram: Mapping[str, Any] | None = None,
+    animated: bool = False,
 ) -> dict[str, Any]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -90,6 +91,8 @@ def write_report(
     diagram : mapping, optional
         Arguments of `figures.run_diagram`, such as limits, for the figure NAME.diagram of each run.
         Default: no such figure.
+    animated : bool, optional
+        Whether an animation of all runs, comparison.gif, is written as well.
 
     Returns
     -------
@@ -144,7 +147,9 @@ def write_report(
     for name, axles in by_axle.items():
         write_comparison(output, axles, stem=f"{name}.axles", of="axle")
     with reporter.step(f"{scenario.name}: drawing"):
-        for name, figure in _drawn(scenario, results, all_metrics, by_axle, over, diagram).items():
+        gif = output / "comparison.gif" if animated else None
+        of_runs = scenario, results, all_metrics, by_axle
+        for name, figure in _drawn(*of_runs, over, diagram, gif).items():
             figures.save_pictures(figure, output, name, formats)
         if len(names) == 1:
             for suffix in formats:
@@ -179,8 +184,9 @@ def _drawn(
     by_axle: Mapping[str, Mapping[str, Metrics]],
     over: str,
     diagram: Mapping[str, Any] | None,
+    gif: Path | None,
 ) -> dict[str, Any]:
-    """Figures of the runs by name of their files."""
+    """Figures of the runs by name of their files; the animation is written."""
     texts = vehicle_text(scenario) + drivetrain_setting(scenario.drivetrain), track_text(scenario)
     wheelset = scenario.drivetrain.wheelset
     caption = " ".join(text for text in (*texts, sensors_text(scenario)) if text)
@@ -205,6 +211,8 @@ def _drawn(
         if name in by_axle:
             curve = figures.vehicle_creep_curve(result, wheelset, title=title, caption=caption)
             drawn[f"{name}.creep_curve"] = curve
+    if gif is not None:
+        figures.animate_runs(results, wheelset, gif, title=scenario.name, units=look["units"])
     if len(results) > 1:
         look["title"] = scenario.name
         drawn["comparison"] = figures.comparison(results, all_metrics, over=over, **look)

@@ -1,5 +1,6 @@
 """Figures: the only subpackage that imports matplotlib. Every function returns a `Figure`."""
 
+from contactlib.figures.animation import animate_runs
 from contactlib.figures.diagram import run_diagram
 from contactlib.figures.errors import sensor_errors
 from contactlib.figures.files import save, save_pictures
@@ -32,6 +33,7 @@ __all__ = [
     "STABILITY_FIGURES",
     "PaperFigure",
     "Units",
+    "animate_runs",
     "captions",
     "comparison",
     "contact_patches",

@@ -39,16 +39,12 @@ A4, POINTS = "8.268x11.693", 8.0  # page [in], size of its text
 KMH = 3.6  # km/h in 1 m/s
 NOTICED = 0.01  # error of the speed that controllers get / highest speed, from which it is drawn
 SHOWN = 2.0  # top of the coefficients' axis / largest used ones, without peaks
-FEW = 5  # axles whose strips have room for a label of two lines
-STRIPS = 4.6  # height of the coefficients of all axles / that of the air
-BANDS = {  # limits of the limits of a band, by argument
-    "slip_limits": Limits(at_least=0.0, at_most=500.0),
-    "creepage_limits": Limits(at_least=0.0, at_most=10.0),
-}
+STRIPS, FEW = 4.6, 5  # height of all coefficients / the air's; axles with labels of two lines
+SLIPS = Limits(at_least=0.0, at_most=500.0)
 
 
 class _Course(NamedTuple):
-    """First and last row of a stop, else of a run from its first demand, and whether it brakes."""
+    """Rows of a stop, else of a run, from its first demand on; whether it brakes, and stops."""
 
     begin: int
     end: int
@@ -66,104 +62,80 @@ def run_diagram(
     file: str = "",
     over: str = "time",
     slip_limits: Sequence[float] = (),
-    creepage_limits: Sequence[float] = (),
 ) -> Figure:
     """Diagram of a braking or traction run on one upright page of A4, whatever the `page_size`.
 
     From top to bottom: speeds of the vehicle and of all wheels; slip speeds; pressure in the brake
-    cylinders, or torque where it is not known; coefficient of each axle, creep force used and
-    available over load; air vented from all cylinders, in full applications of all brakes. A
-    vertical line is at the first demand, another one at the stop. The heading states initial speed,
-    distance, time and mean deceleration (v0**2 - v1**2)/(2 s) between the two, the foot the version
-    of contactlib. The diagram states no verdict.
+    cylinders, or torque where it is not known; for each axle creep force over load, used and
+    available; air vented from all cylinders, in full applications of all brakes. Vertical lines are
+    at the first demand and at the stop. The heading states speed, distance, time and mean
+    deceleration (v0**2 - v1**2)/(2 s) between the two. The diagram states no verdict.
 
     Parameters
     ----------
-    result : Result
-        Result of `run_scenario`.
-    metrics : Metrics
-        `contactlib.metrics` of the run.
-    scenario : Scenario
-        The scenario that was run.
-    controller : str
-        Name of its controller.
-    caption : str, optional
-        Caption at the foot.
-    file : str, optional
-        Name of the scenario's file, for the foot.
+    result, metrics : Result, Metrics
+        Result of `run_scenario`, and `contactlib.metrics` of it.
+    scenario, controller : Scenario, str
+        The scenario, and the name of the controller.
+    caption, file : str, optional
+        Caption, and name of the scenario's file, at the foot, beside the version of contactlib.
     over : str, optional
         "time", or "distance", which is that of the first axle.
     slip_limits : sequence of float, optional
         Two slip speeds between which a band is drawn [m/s]. Default: no band.
-    creepage_limits : sequence of float, optional
-        Two creepages whose slip speeds at the vehicle's speed are the limits of a band [1].
 
     Raises
     ------
     ValueError
-        If limits are not two rising numbers in range.
+        If `over` is no axis, or the limits are not two numbers in range.
     """
-    course = _course(result, scenario)
+    limits, course = checked_row("slip_limits", slip_limits, SLIPS), _course(result, scenario)
+    if len(limits) not in (0, 2):
+        raise ValueError(f"slip_limits = {list(limits)} must be two numbers, or none")
     rows = slice(course.end + 1)
-    drawn = {name: values[rows] for name, values in result.signals.items()}
-    result = Result(result.time[rows], drawn, result.units)
+    signals = {name: values[rows] for name, values in result.signals.items()}
+    result = Result(result.time[rows], signals, result.units)
     axles = result.by_axle
-    at = along(axles[0], over)
-    bands = [
-        (checked_band("slip_limits", slip_limits), np.ones_like(at)),
-        (checked_band("creepage_limits", creepage_limits), np.abs(result["speed"])),
-    ]
-    brake = scenario.drivetrain.brake if course.brakes else None
-    vented = None if brake is None else _vented(result)
-    strip = min(STRIPS / len(axles), 1.6)
-    heights: list[float] = [3.0, 1.6, 1.6, *[strip] * len(axles), *[1.0] * (brake is not None)]
+    at, brake = along(axles[0], over), scenario.drivetrain.brake if course.brakes else None
+    heights = [3.0, 1.6, 1.6, *[min(STRIPS / len(axles), 1.6)] * len(axles)]
+    heights += [1.0] * (brake is not None)
     look: dict[str, Any] = {"nrows": len(heights), "height_ratios": heights, "squeeze": False}
+    heading = _heading(result, metrics, scenario, controller, course)
     with mpl.rc_context({"font.size": POINTS, "lines.linewidth": 1.0}), styled(), page_size(A4):
         figure, grid = new_figure(0.0, 0.0, sharex=True, **look)
-        speed, slip, actuator, *strips = (panel for (panel,) in grid)
+        speed, slip, actuator, *strips = panels = grid[:, 0]
         _speeds(speed, slip, at, result, scenario)
-        for ends, factor in bands:
-            if ends:
-                low, high = (KMH * end * factor for end in ends)
-                slip.fill_between(at, low, high, color=paint.shade, lw=0.0, zorder=0)
-                slip.plot(at, high, color=paint.grey, lw=0.6, label="limits")
-        slip.set_ylim(bottom=0.0)
+        if limits:
+            slip.axhspan(KMH * limits[0], KMH * limits[1], color=paint.shade, lw=0.0, zorder=0)
+            edge = np.full_like(at, KMH * max(limits))
+            slip.plot(at, edge, color=paint.grey, lw=0.6, label="limits")
         _actuators(actuator, at, result, brake)
-        coefficients = np.array([_coefficients(axle) for axle in axles])
-        usual = float(np.quantile(coefficients[:, 0], 0.98))
-        for panel, named in zip(strips, _named_axles(result), strict=False):
-            _strip(panel, at, *named, min(1.1 * float(coefficients.max()), SHOWN * usual))
-            panel.set_ylabel("coefficient\n" * (len(axles) <= FEW) + "$Q/P$  [1]")
-        if vented is not None:
+        _coefficients(strips, at, result)
+        if brake is not None:
+            vented = _vented(result)
             strips[-1].plot(at, vented, color=paint.ink, label="vented")
-            strips[-1].set(ylim=(0.0, None), ylabel="air in full\napplications  [1]")
-        for panel in grid[:, 0]:
+            strips[-1].set_ylabel("air in full\napplications  [1]")
+            heading += f", air of {vented[-1]:.3g} full applications vented"
+        for panel in panels:
             panel.tick_params(labelsize=sized(10))  # also of ticks that are made when it is saved
+            panel.set_ylim(bottom=None if panel is speed else 0.0)
             for row in (course.begin, *[course.end] * course.stops):
                 panel.axvline(at[row], color=paint.grey, lw=0.7, ls=DOTTED)
-        _name_marks(speed, at, course)
-        place = AXES[over].replace("distance", "distance of the first axle")
-        grid[-1, 0].set_xlabel(AXES[over] if len(axles) == 1 else place)
-        grid[-1, 0].set_xlim(at.min(), max(at.max(), at.min() + 1.0))
+        beside: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top"}
+        note(speed, "first demand", (at[course.begin], 1.0), (3, -2), **beside)
+        if course.stops:
+            note(speed, "stop", (at[course.end], 1.0), (-3, -2), ha="right", **beside)
+        first = "distance of the first axle" if len(axles) > 1 else "distance"
+        panels[-1].set_xlabel(AXES[over].replace("distance", first))
+        panels[-1].set_xlim(at.min(), max(at.max(), at.min() + 1.0))
         figure.align_ylabels(grid)
-        heading = _heading(result, metrics, scenario, controller, course)
-        if vented is not None:
-            heading += f", air of {vented[-1]:.3g} full applications vented"
         title: dict[str, Any] = {"x": 0.01, "ha": "left", "linespacing": 1.35}
         figure.suptitle(heading, size=sized(11), **title)
-        foot = f"contactlib {version()}" + f"   {file}" * bool(file)
+        foot = f"contactlib {version()}   {file}".rstrip()
         text = "\n".join(filter(None, [typeset(figure, caption), foot]))
         figure.supxlabel(text, size=sized(9), **title)
         name_lines(figure)
     return figure
-
-
-def checked_band(name: str, given: Sequence[float]) -> tuple[float, ...]:
-    """Return the limits of a band, or raise a ValueError that names the argument."""
-    ends = checked_row(name, given, BANDS[name])
-    if len(ends) not in (0, 2) or ends != tuple(sorted(set(ends))):
-        raise ValueError(f"{name} = {list(ends)} must be two rising numbers, or none")
-    return ends
 
 
 def _course(result: Result, scenario: Scenario) -> _Course:
@@ -182,45 +154,39 @@ def _course(result: Result, scenario: Scenario) -> _Course:
 def _heading(
     result: Result, metrics: Metrics, scenario: Scenario, controller: str, course: _Course
 ) -> str:
+    """Scenario, vehicle and controller; course from the first demand; slip and locked wheels."""
     vehicle, wheelset = scenario.vehicle, scenario.drivetrain.wheelset
-    escaped = scenario.name.replace("$", r"\$")
-    what = f"a wheelset with {1e-3 * (wheelset.mass or 0.0):.4g} t"
+    what = "a wheelset on a roller rig"
     if vehicle is not None:
         what = f"{vehicle.axles} axles, {1e-3 * vehicle.own_mass:.4g} t"
         what += f" and a train of {1e-3 * vehicle.train_mass:.4g} t" * (vehicle.train_mass > 0.0)
-    elif wheelset.speed_held:
-        what = "a wheelset on a roller rig"
-    rows = [course.begin, course.end]
-    first, last = result["speed"][rows]
-    time = float(np.diff(result.time[rows])[0])
-    way = float(np.diff(result["distance"].reshape(result.time.size, -1)[rows, 0])[0])
-    over = f"{abs(way):.0f} m in {time:.1f} s from the first demand"
-    end = "to standstill" if course.stops else f"to {KMH * last:.1f} km/h, no stop"
-    if not course.brakes:
-        end = f"to {KMH * last:.1f} km/h"
-    held = ", the speed is held" * wheelset.speed_held
+    elif wheelset.mass is not None:
+        what = f"a wheelset with {1e-3 * wheelset.mass:.4g} t"
+    rows, distance = [course.begin, course.end], result["distance"].reshape(result.time.size, -1)
+    (first, last), (begin, end) = result["speed"][rows], result.time[rows]
+    way = float(distance[course.end, 0] - distance[course.begin, 0])
+    to = "standstill" if course.stops else f"{KMH * last:.1f} km/h"
+    to += ", no stop" * (course.brakes and not course.stops)
     rate = (last**2 - first**2) / (2.0 * way) if way else 0.0
-    mean = f", mean {'deceleration' if course.brakes else 'acceleration'} "
-    mean += f"{-rate if course.brakes else rate:.3g} m/s$^2$"
-    slip = f"largest slip speed {KMH * metrics.largest_slip_speed:.3g} km/h"
-    lock = f"a wheel locked for {metrics.locked_time:.3g} s above {KMH * MIN_LOCK_SPEED:.0f} km/h"
-    found = [slip, lock if metrics.locked_time else "no wheel locked"] if course.brakes else [slip]
-    return (
-        f"{escaped}\n{what}; {run_name(controller)}\n"
-        f"{KMH * first:.1f} km/h {end}: {over}{held or mean}\n{', '.join(found)}"
-    )
-
-
-def _look(number: int) -> dict[str, Any]:
-    """Colour, width and dashes of an axle, by its number from 0."""
-    color, width = paint.three[number % 3]
-    return {"color": color, "lw": 0.4 + 0.35 * width, "ls": ("-", DASHED, DOTTED)[number // 3]}
+    kind, sign = ("deceleration", -1.0) if course.brakes else ("acceleration", 1.0)
+    mean = f", mean {kind} {sign * rate:.3g} m/s$^2$" * (wheelset.mass is not None)
+    found = f"largest slip speed {KMH * metrics.largest_slip_speed:.3g} km/h"
+    if course.brakes:
+        time = metrics.locked_time
+        locked, lasts = ("a", f" for {time:.3g} s") if time else ("no", "")
+        found += f", {locked} wheel locked above {KMH * MIN_LOCK_SPEED:.0f} km/h{lasts}"
+    name, rig = scenario.name.replace("$", r"\$"), run_name(controller)
+    over = f"{abs(way):.0f} m in {end - begin:.1f} s from the first demand{mean}"
+    return f"{name}\n{what}; {rig}\n{KMH * first:.1f} km/h to {to}: {over}\n{found}"
 
 
 def _named_axles(result: Result) -> Iterator[tuple[str, Result, dict[str, Any]]]:
     """Name, result and look of each axle."""
     for number, axle in enumerate(result.by_axle):
-        yield f"axle {number + 1}" if result.axles > 1 else "wheelset", axle, _look(number)
+        color, width = paint.three[number % 3]
+        ls = ("-", DASHED, DOTTED)[number // 3]
+        look = {"color": color, "lw": 0.4 + 0.35 * width, "ls": ls}
+        yield f"axle {number + 1}" if result.axles > 1 else "wheelset", axle, look
 
 
 def _speeds(axes: Axes, slips: Axes, at: FloatArray, result: Result, scenario: Scenario) -> None:
@@ -228,55 +194,51 @@ def _speeds(axes: Axes, slips: Axes, at: FloatArray, result: Result, scenario: S
     speed, radius = result["speed"], scenario.drivetrain.wheelset.radius
     axes.plot(at, KMH * speed, color=paint.ink, lw=1.6, zorder=3, label="vehicle")
     for name, axle, look in _named_axles(result):
-        both = [axle[f"omega_{side}"] for side in SIDES]
-        wheels = zip(SIDES, both, strict=True) if (both[0] != both[1]).any() else [("", both[0])]
-        for side, omega in wheels:
-            line = {**look, "lw": look["lw"] * (0.6 if side == "right" else 1.0)}
-            line["label"] = f"{name} {side}".rstrip()
+        wheels = {f"{name} {side}": axle[f"omega_{side}"] for side in SIDES}
+        if not np.ptp([*wheels.values()], axis=0).any():
+            wheels = {name: axle["omega"]}
+        for number, (label, omega) in enumerate(wheels.items()):
+            line = {**look, "lw": look["lw"] * (0.6 if number else 1.0), "label": label}
             axes.plot(at, KMH * radius * omega, **line)
             slips.plot(at, KMH * np.abs(radius * omega - speed), **line)
     if "speed_limit" in result.units:
         axes.plot(at, KMH * result["speed_limit"], color=paint.grey, label="limit", scaley=False)
-    top = KMH * float(np.abs(speed).max())
-    if float(np.abs(result["measured_speed"].T - speed).max()) > NOTICED * top / KMH:
-        got = result["measured_speed"].reshape(speed.size, -1)[:, 0]
+    got = result["measured_speed"].reshape(speed.size, -1)[:, 0]
+    if np.abs(got - speed).max() > NOTICED * np.abs(speed).max():
         axes.plot(at, KMH * got, color=paint.ink, lw=0.8, ls=DOTTED, label="measured speed")
-    axes.set_ylabel("speed  [km/h]")
     low, high = axes.get_ylim()
     axes.set_ylim(low if speed.min() < -STOPPED_SPEED else max(low, 0.0), 1.15 * high)
+    axes.set_ylabel("speed  [km/h]")
     slips.set_ylabel("slip speed\n[km/h]")
 
 
 def _actuators(axes: Axes, at: FloatArray, result: Result, brake: Brake | None) -> None:
     """Draw pressure in the cylinders, else torque of the brakes, or of the drives, and demand."""
-    signal, unit, label = "drive_torque", 1e-3, "torque\n[kN m]"
-    demand = np.abs(result["demand"]).reshape(at.size, -1).max(axis=1)
+    signal, unit, label, demand = "drive_torque", 1e-3, "torque\n[kN m]", np.abs(result["demand"])
     if brake is not None:
-        signal, label = "brake_torque", f"brake {label}"
-        demand = np.maximum(-result["demand"], 0.0).reshape(at.size, -1).max(axis=1)
+        signal, label, demand = "brake_torque", f"brake {label}", np.maximum(-result["demand"], 0.0)
         if brake.pressure is not None:
-            signal, unit, label = "cylinder_pressure", 1e-5, "cylinder\npressure  [bar]"
-            demand = demand * brake.pressure_per_torque
+            unit, label = 1e-5 * brake.pressure_per_torque, "cylinder\npressure  [bar]"
+    demand = demand.reshape(at.size, -1).max(axis=1)
     axes.plot(at, unit * demand, color=paint.ink, ls=DOTTED, label="demand")
     for name, axle, look in _named_axles(result):
         axes.plot(at, unit * np.abs(axle[signal]), **look, label=name)
     axes.set_ylabel(label)
-    axes.set_ylim(bottom=0.0)
 
 
-def _coefficients(axle: Result) -> FloatArray:
-    """Creep force over load, used and available, in two rows."""
-    forces = np.stack([np.abs(axle["creep_force"]), axle["available_force"]])
-    return np.asarray(forces / np.maximum(axle["axle_load"], 1.0))
-
-
-def _strip(axes: Axes, at: FloatArray, name: str, axle: Result, look: Any, top: float) -> None:
-    """Draw creep force over load, used and available."""
-    used, available = _coefficients(axle)
-    beyond = f" up to {available.max():.2g}" * bool(available.max() > top)
-    axes.plot(at, available, color=paint.ink, ls=DOTTED, label=f"available{beyond}")
-    axes.plot(at, used, **look, label=f"{name} used")
-    axes.set_ylim(0.0, top or 1.0)
+def _coefficients(strips: Sequence[Axes], at: FloatArray, result: Result) -> None:
+    """Draw creep force over load, used and available, of each axle in a strip of its own."""
+    forces = np.stack([np.abs(result["creep_force"]), result["available_force"]])
+    ratio = (forces / np.maximum(result["axle_load"], 1.0)).reshape(2, at.size, -1)
+    top = min(1.1 * float(ratio.max()), SHOWN * float(np.quantile(ratio[0], 0.98)))
+    lines = zip(strips, ratio.T, _named_axles(result), strict=False)
+    for axes, values, (name, _, look) in lines:
+        used, available = values.T
+        beyond = f" up to {available.max():.2g}" * bool(available.max() > top)
+        axes.plot(at, available, color=paint.ink, ls=DOTTED, label=f"available{beyond}")
+        axes.plot(at, used, **look, label=f"{name} used")
+        axes.set_ylim(0.0, top or 1.0)
+        axes.set_ylabel("coefficient\n" * (result.axles <= FEW) + "$Q/P$  [1]")
 
 
 def _vented(result: Result) -> FloatArray:
@@ -285,11 +247,3 @@ def _vented(result: Result) -> FloatArray:
     torque, demand = (result[name].reshape(rows, -1) for name in ("brake_torque", "demand"))
     falls = np.maximum(-np.diff(torque, axis=0, prepend=torque[:1]), 0.0).sum(axis=1).cumsum()
     return np.asarray(falls / np.maximum(-demand, 0.0).max(axis=0).sum())
-
-
-def _name_marks(axes: Axes, at: FloatArray, course: _Course) -> None:
-    """Name the vertical lines of the demand and the stop."""
-    look: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top"}
-    note(axes, "first demand", (at[course.begin], 1.0), (3, -2), **look)
-    if course.stops:
-        note(axes, "stop", (at[course.end], 1.0), (-3, -2), ha="right", **look)
