@@ -142,9 +142,11 @@ def _course(result: Result, scenario: Scenario) -> _Course:
     """Rows from the first demand of braking, or else of traction, to the stop or the end."""
     speed = result["speed"]
     moving, demand = speed[:, np.newaxis], result["demand"].reshape(speed.size, -1)
-    against = demand < 0.0 if scenario.drivetrain.brake is not None else demand * moving < 0.0
-    braking = (against & (moving != 0.0)).any(axis=1)
-    begin = int((braking if braking.any() else demand.any(axis=1)).argmax())
+    with_brake = scenario.drivetrain.brake is not None
+    against = demand < 0.0 if with_brake else demand * moving < 0.0
+    braking = (against & (np.abs(moving) >= STOPPED_SPEED)).any(axis=1)
+    driving = (demand > 0.0 if with_brake else demand != 0.0).any(axis=1)
+    begin = int((braking if braking.any() else driving).argmax())
     stands = np.abs(speed[begin:]) < STOPPED_SPEED
     stops = bool(braking.any() and stands.any())
     end = begin + int(stands.argmax()) if stops else speed.size - 1
@@ -164,8 +166,9 @@ def _heading(
         what = f"a wheelset with {1e-3 * wheelset.mass:.4g} t"
     rows, distance = [course.begin, course.end], result["distance"].reshape(result.time.size, -1)
     (first, last), (begin, end) = result["speed"][rows], result.time[rows]
+    at_first, at_last = (f"{round(KMH * v, 1) + 0.0:.1f} km/h" for v in (first, last))  # no -0.0
     way = float(distance[course.end, 0] - distance[course.begin, 0])
-    to = "standstill" if course.stops else f"{KMH * last:.1f} km/h"
+    to = "standstill" if course.stops else at_last
     to += ", no stop" * (course.brakes and not course.stops)
     rate = (last**2 - first**2) / (2.0 * way) if way else 0.0
     kind, sign = ("deceleration", -1.0) if course.brakes else ("acceleration", 1.0)
@@ -177,7 +180,7 @@ def _heading(
         found += f", {locked} wheel locked above {KMH * MIN_LOCK_SPEED:.0f} km/h{lasts}"
     name, rig = scenario.name.replace("$", r"\$"), run_name(controller)
     over = f"{abs(way):.0f} m in {end - begin:.1f} s from the first demand{mean}"
-    return f"{name}\n{what}; {rig}\n{KMH * first:.1f} km/h to {to}: {over}\n{found}"
+    return f"{name}\n{what}; {rig}\n{at_first} to {to}: {over}\n{found}"
 
 
 def _named_axles(result: Result) -> Iterator[tuple[str, Result, dict[str, Any]]]:

@@ -45,6 +45,8 @@ def test_a_heading_is_that_of_constant_deceleration() -> None:
     run = stop(case, to=10.0)
     _, _, course, _ = _heading(run, NONE, case, "wsp", _course(run, case)).splitlines()
     assert course.startswith("72.0 km/h to 36.0 km/h, no stop: 155 m in 13.0 s")
+    held = {**run.signals, "speed": -1e-9 * run["speed"]}  # a brake holds it on a grade
+    assert not _course(cl.Result(run.time, held, run.units), case).brakes
 
 
 def test_a_page_has_all_signals_of_all_axles() -> None:
