@@ -111,10 +111,14 @@ def simulate(
     formats: tuple[str, ...],
 ) -> None:
     """Run SCENARIO under one of its controllers, or all, and write a report."""
+    from contactlib.base.quantities import checked_number
     from contactlib.cli.own_controller import load_controller, with_controllers
     from contactlib.cli.report import write_report
+    from contactlib.figures.diagram import SLIPS
     from contactlib.files.scenario import load_scenario
 
+    for slip in slip_limits:
+        checked_number("--slip-limits", slip, SLIPS)
     if compare and control is not None:
         raise ValueError(f"--control {control} cannot be combined with --compare, which runs all")
     if controller is not None and control is not None:

@@ -319,6 +319,10 @@ def test_runs_under_continuous_controllers_are_reported_too(rig: cl.Model, tmp_p
     [
         (("--control", "pid"), "contactlib: control = 'pid' must be one of: plain, cut"),
         (("--control", "cut", "--compare"), "contactlib: --control cut cannot be combined with "),
+        (
+            ("--slip-limits", "0", "600"),
+            "contactlib: --slip-limits = 600.0 is out of range: must be ",
+        ),
         (("--slip-limits", "1", "2 kN"), "contactlib: --slip-limits = '2 kN' must be a number in "),
     ],
 )
