@@ -191,12 +191,12 @@ def _drawn(
     wheelset = scenario.drivetrain.wheelset
     caption = " ".join(text for text in (*texts, sensors_text(scenario)) if text)
     unit, kinetic = scenario.speed_unit, wheelset.element.friction.kinetic
-    coefficients = scenario.track.unit == "coefficient"
+    one = kinetic if scenario.track.unit == "coefficient" else 1.0
     look: dict[str, Any] = {
         "caption": caption,
         "minimum_speed": wheelset.element.minimum_speed,
         "units": figures.Units(
-            unit, 1.0 / in_si(f"1 {unit}", "m/s"), kinetic if coefficients else 1.0
+            unit, 1.0 / in_si(f"1 {unit}", "m/s"), one, scenario.track.unit == "adhesion"
         ),
     }
     drawn = {}
@@ -292,7 +292,8 @@ def outlook(scenario: Scenario) -> list[str]:
     for speed in speeds:
         rates[speed] = [0.0, *([] if remembers else drivetrain.vibrations)]
         for sample_time in times:
-            for friction, slope in sorted({scenario.rails.lowest, scenario.rails.highest}):
+            rails = scenario.rails_at(speed)
+            for friction, slope in sorted({rails.lowest, rails.highest}):
                 line, pole = _verdict(scenario, speed, sample_time, friction, slope)
                 lines.append(line)
                 rates[speed].append(pole)

@@ -39,6 +39,12 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
             "vehicle.load_lag = 0.0 must be > 0 in an FMU, where loads are states: a suspension "
             "has a lag, such as 0.02 s"
         )
+    if scenario.track.unit == "adhesion":
+        raise ValueError(
+            "scenario.track.unit = 'adhesion': the factors on friction are those of one contact, "
+            "whose numbers the tool of an FMU may change; give the rails as factors or with "
+            "track.unit = 'coefficient'"
+        )
     track, n = scenario.rails, vehicle.axles
     if vehicle.length and vehicle.train_mass and len(set(track.grade.value)) > 1:
         raise ValueError(
@@ -65,5 +71,5 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
         initial_speed=max(abs(speed), SLOWEST),
     )
     cleaned = {"cleaning": track.cleaning, "recovered": track.recovered}
-    rails = kernel.rails_file(track.native, **cleaned, length=vehicle.position[-1])
+    rails = kernel.rails_file(track.native.profiles, **cleaned, length=vehicle.position[-1])
     return model, starts, rails

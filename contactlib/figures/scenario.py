@@ -72,14 +72,16 @@ def run_name(key: str) -> str:
 
 
 class Units(NamedTuple):
-    """Units of a scenario's file: that of speeds, its number in 1 m/s, friction at the factor 1."""
+    """Units of a scenario's file: that of speeds, its number in 1 m/s, and that of friction."""
 
     speed: str = "m/s"
     per_speed: float = 1.0
-    friction: float = 1.0  # a coefficient if the file gives coefficients, else 1
+    friction: float = 1.0  # at the factor 1: a coefficient if the file gives coefficients, else 1
+    peaks: bool = False  # whether the file gives largest traction coefficients
 
 
 IN_SI = Units()
+SLOPE = "slope factor"
 
 
 class _Drawn(NamedTuple):
@@ -196,7 +198,7 @@ def _figure(
     alone: bool = False,
 ) -> Figure:
     """Draw the panels of each run in a column, on common axes, and the friction below them."""
-    varies = _friction_varies([run.result for run in runs])
+    varies = _friction_varies(runs)
     rows, long = len(panels), 0.2 * max(len(caption) / 120.0 - 4.0, 0.0)  # a caption of many lines
     with styled():
         if alone:
@@ -471,44 +473,52 @@ def _from_zero(axes: Axes) -> None:
         axes.set_ylim(top=0.0, auto=None)
 
 
-def _factors(results: Sequence[Result]) -> list[tuple[str, dict[str, Any], list[FloatArray]]]:
+def _factors(runs: Sequence[_Drawn]) -> list[tuple[str, dict[str, Any], list[FloatArray]]]:
     """Name, look and values in each run of the factors on friction and slope."""
+    results = [run.result for run in runs]
     left, right, slope = (
         [result[name] for result in results]
         for name in ("friction_scale_left", "friction_scale_right", "slope_scale")
     )
     solid: dict[str, Any] = {"color": paint.ink, "ls": "-", "lw": 1.2}
+    if any(run.units.peaks for run in runs):
+        pairs = ((result["available_force"], result["axle_load"]) for result in results)
+        peaks = [np.divide(q, p, out=np.zeros_like(p), where=p > 0.0) for q, p in pairs]
+        return [("largest traction coefficient", solid, peaks)]
     factors = [("friction factor", solid, left)]
     if not all(map(np.array_equal, left, right)):
         other = ("friction factor, right wheel", {**solid, "ls": DASHED}, right)
         factors = [("friction factor, left wheel", solid, left), other]
     if any((values != 1.0).any() for values in slope):
-        factors.append(("slope factor", {**solid, "color": paint.green}, slope))
+        factors.append((SLOPE, {**solid, "color": paint.green}, slope))
     return factors
 
 
-def _friction_varies(results: Sequence[Result]) -> bool:
+def _friction_varies(runs: Sequence[_Drawn]) -> bool:
     """Whether a factor on friction or slope is not 1 in a run."""
-    return any((wheel != 1.0).any() for _, _, values in _factors(results) for wheel in values)
+    return any((wheel != 1.0).any() for _, _, values in _factors(runs) for wheel in values)
 
 
 def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
     """Draw the factors on friction and slope, on one scale for all runs."""
-    factors = _factors([run.result for run in runs])
-    one = top = runs[0].units.friction if len(factors) == 1 else 1.0  # a slope has a factor only
+    factors = _factors(runs)
+    peaks = runs[0].units.peaks
+    one = runs[0].units.friction if len(factors) == 1 else 1.0  # a slope has a factor only
+    top = 0.0 if peaks else one
     for number, (axes, run) in enumerate(zip(row, runs, strict=True)):
         lines = [(look, one * values[number]) for _, look, values in factors]
-        friction = [run.result[f"friction_scale_{side}"] for side in ("left", "right")]
-        lowest = one * np.minimum(*friction)
+        friction = [values[number] for name, _, values in factors if name != SLOPE]
+        lowest = one * np.min(friction, axis=0)
         axes.fill_between(run.at, 0.0, lowest, color=paint.shade, lw=0.0)
         for look, values in lines:
             axes.plot(run.at, values, **look)
         top = max(top, *(float(values.max()) for _, values in lines))
         _number_plateaus(axes, run.at, lowest)
     what = "factor" if one == 1.0 else "$f_d$"
+    label = "largest\n$Q/P$ [1]" if peaks else f"friction\n{what} [1]"
     row[0].set(ylim=(0.0, 1.45 * top))
     for axes in row:
-        axes.set_ylabel(f"friction\n{what} [1]")
+        axes.set_ylabel(label)
 
 
 def _number_plateaus(axes: Axes, at: FloatArray, values: FloatArray) -> None:
@@ -536,7 +546,7 @@ def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str, given: Sequenc
     bands = {band.get_label() for axes in figure.axes for band in axes.collections}
     for name in bands & set(map(_envelope, runs)):
         handles.append(Patch(color=paint.mixed(48), label=name))
-    factors = _factors([run.result for run in runs])
+    factors = _factors(runs)
     if len(factors) > 1:
         handles += [Line2D([], [], label=label, **look) for label, look, _ in factors]
     sizes = [len(handle.get_label()) + 6 for handle in handles]

@@ -66,6 +66,7 @@ from contactlib.vehicle.continuous_control import (
 from contactlib.vehicle.driver import Driver
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
+from contactlib.vehicle.peak_friction import at_speed, with_peaks
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
 from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheelset import Wheelset
@@ -352,8 +353,15 @@ class Scenario(Parameters):
 
     @cached_property
     def rails(self) -> Track:
-        """The track in factors on the vehicle's friction."""
-        return self.track.in_factors(self.drivetrain.wheelset.element.friction.kinetic)
+        """The track as runs take it: in factors on friction, or with what gives them."""
+        element = self.drivetrain.wheelset.element
+        if self.track.unit == "adhesion":
+            return with_peaks(self.track, element, loaded=self.loads_change)
+        return self.track.in_factors(element.friction.kinetic)
+
+    def rails_at(self, speed: float) -> Track:
+        """The track in factors on friction, where they depend on it at a speed [m/s]."""
+        return at_speed(self.rails, self.drivetrain.wheelset.element, speed)
 
     @cached_property
     def on_uniform_friction(self) -> Scenario:

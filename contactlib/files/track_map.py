@@ -198,8 +198,8 @@ def track_of(condition: Sequence[str] = (), **given: Any) -> Track:
         note_warning(
             "track.friction",
             f"track: the factors on friction are at most {largest:g}, and 1 is the vehicle's own "
-            "friction; are they friction coefficients? then set track.unit = 'coefficient', else "
-            "'factor'",
+            "friction; are they friction coefficients? then set track.unit = 'coefficient', or "
+            "'adhesion' for the largest traction coefficients; else 'factor'",
         )
     if "slope" in given and not any(key in given for key in RAILS[:3]):
         note_warning("track.slope", f"track: slope without friction: {GRADIENT}")

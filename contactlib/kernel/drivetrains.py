@@ -22,8 +22,22 @@ from contactlib.kernel.tables import NativeTable
 from contactlib.kernel.vehicles import NativeVehicles
 
 NativeProfile = tuple[Sequence[float], Sequence[float]]  # places and values
-NativeTrack = tuple[NativeProfile, ...]  # as struct track
 PROFILES = 5  # of a track
+
+
+class NativePeaks(NamedTuple):
+    """Struct `peak_map`; the value has the branches first, then an axis for each entry."""
+
+    first: tuple[float, ...]
+    step: tuple[float, ...]
+    value: FloatArray
+
+
+class NativeTrack(NamedTuple):
+    """Profiles of a track as struct `track`, and what its friction is if it is no factor."""
+
+    profiles: tuple[NativeProfile, ...]
+    peaks: NativePeaks | None = None
 
 
 @cache
@@ -82,7 +96,10 @@ class NativeFleet:
                 1.0,
                 pointer(scales[i : i + 1], "contact_scales"),
             )
-        rails, profiles = _track_records(tracks)
+        maps, of_map = _unique([track and track.peaks for track in tracks])
+        maps_kept = [None if one is None else _peak_struct(one) for one in maps]
+        peaks = np.array([0 if m is None else int(ffi.cast("uintptr_t", m)) for m in maps_kept])
+        rails, profiles = _track_records(tracks, peaks[of_map])
         places["table"] = [int(ffi.cast("uintptr_t", m.table.struct)) for m in members]
         places["contact"] = _addresses(contact)[of_contact]
         places["drivetrain"] = _addresses(drivetrain)[of_body]
@@ -90,7 +107,8 @@ class NativeFleet:
         places["rails"] = np.where(without, 0, _addresses(rails))[of_track]
         for name in scales.dtype.names or ():
             places[name] = scales[name][of_contact]
-        self._kept = [m.table for m in members], contact, drivetrain, rails, profiles, places
+        tables = [m.table for m in members], maps, maps_kept
+        self._kept = tables, contact, drivetrain, rails, profiles, places
         self.members = pointer(places, "drivetrain_member")
 
     def stepping(
@@ -259,7 +277,7 @@ def _track_dtype() -> np.dtype[np.void]:
         for side in range(PROFILES)
         for part in ("count", "at", "value")
     ]
-    return checked_dtype([*parts, ("scale", np.float64)], "track")
+    return checked_dtype([*parts, ("scale", np.float64), ("peaks", np.uintp)], "track")
 
 
 def _unique(given: Sequence[Any]) -> tuple[list[Any], NDArray[np.intp]]:
@@ -287,18 +305,29 @@ def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
     return np.asarray(places + np.uintp(array.ctypes.data))
 
 
-def _track_records(tracks: Sequence[NativeTrack | None]) -> tuple[NDArray[np.void], FloatArray]:
+def _peak_struct(given: NativePeaks) -> Any:
+    branches, *count = given.value.shape
+    value = pointer(given.value, "double")
+    return ffi.new("peak_map *", (given.first, given.step, count, branches, value))
+
+
+def _track_records(
+    tracks: Sequence[NativeTrack | None], peaks: NDArray[np.int_]
+) -> tuple[NDArray[np.void], FloatArray]:
     """Track structs, and the array that holds the places and values they point to."""
-    profiles = [profile for track in tracks for profile in track or (((), ()),) * PROFILES]
+    none: tuple[NativeProfile, ...] = (((), ()),) * PROFILES
+    profiles = [profile for track in tracks for profile in (track.profiles if track else none)]
     parts = [part for profile in profiles for part in profile]
     numbers = np.array(list(chain.from_iterable(parts)), dtype=np.float64)
     first = np.cumsum([0, *map(len, parts)])[:-1] * numbers.itemsize + numbers.ctypes.data
     for i, track in enumerate(tracks):
-        if track is not None and track[0] == track[1]:  # the kernel knows equal rails by address
+        # The kernel knows equal rails by address.
+        if track is not None and track.profiles[0] == track.profiles[1]:
             left = 2 * PROFILES * i
             first[left + 2 : left + 4] = first[left : left + 2]
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
     scale = np.ones((len(tracks), 1)).view(np.uintp)
-    parts_of = np.hstack([rows.reshape(len(tracks), 3 * PROFILES), scale])
+    maps = peaks[:, np.newaxis].astype(np.uintp)
+    parts_of = np.hstack([rows.reshape(len(tracks), 3 * PROFILES), scale, maps])
     return np.ascontiguousarray(parts_of).view(_track_dtype())[:, 0], numbers

@@ -34,7 +34,7 @@ class Analysis:
     def __init__(self, scenario: Scenario) -> None:
         self.wheelset, self.speed = scenario.drivetrain.wheelset, scenario.design_speed
         self.torque = max(scenario.demand.value, key=abs)
-        self.patch, self.slope = scenario.rails.lowest
+        self.patch, self.slope = scenario.rails_at(self.speed).lowest
         self.curve = CreepCurve(self.wheelset, speed=self.speed)
 
     @cached_property

@@ -216,10 +216,16 @@ class Brakes:
         return np.asarray(delayed)
 
 
+def follows(scenario: Scenario) -> bool:
+    """Whether loads or rails depend on the motion, so that they change within a row."""
+    rails = scenario.rails
+    return scenario.axles > 1 or rails.cleaning > 0.0 or rails.peaks is not None
+
+
 def _native_vehicles(scenarios: Sequence[Scenario]) -> kernel.NativeVehicles | None:
-    """What the kernel needs of vehicles; None of wheelsets whose rails nothing cleans."""
+    """What the kernel needs of vehicles; None of wheelsets whose rails are given."""
     axles = scenarios[0].axles
-    if axles == 1 and all(scenario.rails.cleaning == 0.0 for scenario in scenarios):
+    if not any(map(follows, scenarios)):
         return None
     given = [
         kernel.NativeVehicle(

@@ -24,7 +24,15 @@ from contactlib.files.scenario import Scenario
 from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
-from contactlib.runs.plant import TOLERANCE, Runs, Timing, checked_creepage, default_step, timing
+from contactlib.runs.plant import (
+    TOLERANCE,
+    Runs,
+    Timing,
+    checked_creepage,
+    default_step,
+    follows,
+    timing,
+)
 from contactlib.runs.result import Result
 from contactlib.runs.signals import SHARED, UNITS, Block, checked_signals
 from contactlib.runs.simulation import simulate
@@ -472,7 +480,7 @@ def _groups(
         if late not in delays:
             delays[late] = scenario.sensors.samples_of_delay(control.sample_time)
         falls = scenario.drivetrain.wheelset.element.friction.falls_with_slip_speed
-        loads = scenario.loads_change, scenario.axles
+        loads = scenario.loads_change, scenario.axles, follows(scenario)
         kind = scenario.drivetrain.kind, falls, loads, kinds[id(control)]
         key = control.sample_time, whens[timed], delays[late], kind
         groups.setdefault(key, []).append(i)

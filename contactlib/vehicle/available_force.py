@@ -284,6 +284,8 @@ def _horner(powers: FloatArray, place: FloatArray) -> FloatArray:
 
 def track_levels(track: Track) -> list[tuple[float, float, float]]:
     """Constant factors on friction under the left and the right wheel and on the slope [1]."""
+    if track.peaks is not None:  # the speed changes the factors
+        return [(1.0, 1.0, 1.0)]
     left, right = _levels(track.friction_left), track.friction_right
     sides = (
         [(v + v, start, end) for v, start, end in left]

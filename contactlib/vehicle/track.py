@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,9 +23,10 @@ from contactlib.base.quantities import (
     common_shape,
     shown,
 )
-from contactlib.kernel import NativeTrack
+from contactlib.kernel import NativePeaks, NativeTrack
 
 Values = tuple[float, ...]
+Unit = Literal["factor", "coefficient", "adhesion"]  # of friction over distance
 TIME = Quantity("s", at_least=0.0)  # of a breakpoint
 
 
@@ -277,7 +278,11 @@ class Track:
         Factor on friction that much slip work leaves [1]. Default: 1.
     unit : str
         ``"coefficient"`` if the friction over distance is given by kinetic friction coefficients of
-        the rails: `in_factors` then gives the track in factors, which runs use.
+        the rails: `in_factors` then gives the track in factors, which runs use. ``"adhesion"`` if
+        it is the largest traction coefficient of a wheel there, at its speed and load:
+        `contactlib.files.Scenario.rails_at` gives the factors at a speed.
+    peaks : NativePeaks, optional
+        Factors that give a contact these coefficients, which runs compute.
     survey : Survey
         How messages count places along the track.
 
@@ -324,7 +329,8 @@ class Track:
     speed_limit: Profile | None = None
     cleaning: float = 0.0
     recovered: float = 1.0
-    unit: Literal["factor", "coefficient"] = "factor"
+    unit: Unit = "factor"
+    peaks: NativePeaks | None = field(default=None, repr=False, compare=False)
     survey: Survey = field(default=Survey(), compare=False)
 
     def __post_init__(self) -> None:
@@ -359,7 +365,7 @@ class Track:
         recovered: Annotated[float, FACTOR] = 1.0,
         start: Annotated[float, Quantity("m", at_least=-1e9, at_most=1e9)] = 0.0,
         direction: Literal["increasing", "decreasing"] = "increasing",
-        unit: Literal["factor", "coefficient"] = "factor",
+        unit: Unit = "factor",
         between: Literal["linear", "steps"] = "linear",
     ) -> Track:
         """Make the track from lists of places and of values, which are the fields of the class.
@@ -382,8 +388,12 @@ class Track:
             the left wheel runs on the right rail of the lists, and a grade that rises with
             `distance` is a descent.
         unit : str, optional
-            Whether friction, friction_left and friction_right are factors or kinetic friction
-            coefficients of the rails, which are divided by that of the wheelset's file.
+            Whether friction, friction_left and friction_right are factors; kinetic friction
+            coefficients of the rails, which are divided by that of the wheelset's file; or
+            ``"adhesion"``: the largest traction coefficient in steady rolling that a wheel finds
+            there at its speed and load, to 1 % from 0.1 to 100 m/s. The friction that gives it
+            changes with the speed as friction falls with slip speed and temperature. Factors over
+            time, and what cleaning adds, apply to that friction.
         between : str, optional
             How friction, slope and grade change: ``"linear"`` between the places of `distance`, or
             in ``"steps"``, as in a list of sections: each value holds from its place to the next
@@ -407,7 +417,7 @@ class Track:
                 "distance must go with slope, grade, speed_limit, friction, or friction_left "
                 f"and friction_right; given are {' and '.join(given)}"
             )
-        factors = {
+        factors: dict[str, Any] = {
             "friction_left" if key == "friction" else key: profile_of(
                 Profile.steps if between == "steps" or key == "speed_limit" else Profile,
                 distance=distance,
@@ -437,7 +447,8 @@ class Track:
     def in_factors(self, kinetic: float) -> Track:
         """The track in factors, for a vehicle of a kinetic friction coefficient [1]."""
         kinetic = checked_number("kinetic", kinetic, POSITIVE)
-        if self.unit == "factor":
+        if self.unit != "coefficient":
+            self.sides  # noqa: B018 (refuses others)
             return self
         right = self.friction_right
         return replace(
@@ -454,12 +465,17 @@ class Track:
         Raises
         ------
         ValueError
-            If the track is given by friction coefficients: see `in_factors`.
+            If the track is given otherwise: see `in_factors`.
         """
         if self.unit != "factor":
+            gives = "in_factors" if self.unit == "coefficient" else "Scenario.rails_at"
             raise ValueError(
-                f"Track.unit = {self.unit!r} must be 'factor' here: in_factors gives such a track"
+                f"Track.unit = {self.unit!r} must be 'factor' here: {gives} gives such a track"
             )
+        return self._rails
+
+    @property
+    def _rails(self) -> tuple[Profile, Profile]:
         return self.friction_left, self.friction_right or self.friction_left
 
     def warning(self, low: float, high: float) -> str | None:
@@ -552,5 +568,6 @@ class Track:
     @cached_property
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
-        profiles = (*self.sides, self.friction_over_time, self.slope, self.grade)
-        return tuple((profile.at, profile.value) for profile in profiles)
+        sides = self.sides if self.peaks is None else self._rails
+        profiles = (*sides, self.friction_over_time, self.slope, self.grade)
+        return NativeTrack(tuple((p.at, p.value) for p in profiles), self.peaks)

@@ -481,9 +481,9 @@ void creep_curve_worst(const creep_table *table, const force_element_parameters 
 
 /* ---- Branches ---- */
 
-/* Of so many neighbouring curves one is searched from end to end, and so many turns are followed.
- */
-enum { SEARCHED = 64, MAX_TURNS = 64 };
+/* Of so many neighbouring curves one is searched from end to end, and so many turns are followed,
+ * each over so many intervals of the search. */
+enum { SEARCHED = 64, MAX_TURNS = 64, UPHILL = 12 };
 
 static void keep_first(search *s, creep_point p) {
     if (!s->full) keep(s, p);
@@ -550,19 +550,25 @@ double creep_curve_peak(const creep_table *table, const force_element_parameters
     return force;
 }
 
-/* Find a maximum of a curve, with the bits of the whole search, if it lies between the same
- * creepages of the search as before on a similar curve, or beside. */
+/* Find a maximum of a curve, with the bits of the whole search, uphill from the creepage of that of
+ * a similar curve. */
 static int maximum_near(const curve *c, creep_point *turn) {
-    int n;
-    double ratio = ratio_of_intervals(c, &n), before = 0.0, low = c->first;
-    for (int i = 1; i < n && low * ratio <= turn->creepage; i++) before = low, low *= ratio;
+    int n, number = 1;
+    double ratio = ratio_of_intervals(c, &n), low = c->first;
+    for (; number < n && low * ratio <= turn->creepage; number++) low *= ratio;
     creep_point a = point_at(c, low), b = point_at(c, low * ratio);
-    if (a.slope < 0.0 && before > 0.0) {
+    for (int i = 0; i < UPHILL && number > 1 && a.slope < 0.0; i++) {
+        low = c->first;
+        number--;
+        for (int k = 1; k < number; k++) low *= ratio; /* as the search does */
         b = a;
-        a = point_at(c, before);
-    } else if (b.slope > 0.0) {
+        a = point_at(c, low);
+    }
+    for (int i = 0; i < UPHILL && number < n && b.slope > 0.0; i++) {
+        low *= ratio;
+        number++;
         a = b;
-        b = point_at(c, low * ratio * ratio);
+        b = point_at(c, low * ratio);
     }
     if (!(a.slope > 0.0 && b.slope < 0.0 && b.creepage < c->last)) return 0;
     search s = {.c = c, .turned = keep, .level = NAN};

@@ -59,6 +59,7 @@ const char *vehicle_rails_open(vehicle_rails *rails, const void *bytes, size_t s
                                  is_grade ? MAX_GRADE : MAX_FACTOR, &number, end);
     }
     t->scale = 1.0;
+    t->peaks = NULL;
     if (error == NULL && number != end) return "the file is too long";
     return error;
 }

@@ -50,6 +50,7 @@ typedef struct {
     double target, target_rate;           /* load by statics, mean of the last substep [N, N/s] */
     double own_left, own_right;           /* slip work per length in it [J/m] */
     double own_rate_left, own_rate_right; /* its change with time [J/(m.s)] */
+    double speed_rate;                    /* of the vehicle, mean of the last substep [m/s2] */
     double length;                        /* of the substep [s]; 0: none yet, and no rates */
     double commanded_torque;              /* [N.m] */
     double interval;                      /* number of the interval of the rails */

@@ -95,6 +95,14 @@ FEATURES: Mapping[str, Sections] = {
         "demand": {"torque": [-4e3, -22e3]},
     },
     "rails": {"track": {**PATCH, **RIGHT}},
+    "peaks": {
+        "track": {
+            "distance": [-6.0, 3.13, 3.13, 7.0],
+            "friction_left": [0.3, 0.2, 0.1, 0.15],
+            "friction_right": [0.2, 0.25, 0.1, 0.12],
+            "unit": "adhesion",
+        }
+    },
     "map": {"track": {**PATCH, **RIGHT, "map": "map.csv", "start": 0.0}},
     "conditions": {
         "friction": {"condition": "dry"},
@@ -130,7 +138,7 @@ FEATURES: Mapping[str, Sections] = {
 }
 ONLY = {"load": False, "some axles": True}  # for a wheelset, for a vehicle
 ONE_OF = [
-    {"rails", "map", "conditions", "line", "driver", "cleaning"},
+    {"rails", "peaks", "map", "conditions", "line", "driver", "cleaning"},
     {"errors", "estimate"},
     {"encoder", "estimate"},
     {"layer", "conditions"},
@@ -457,8 +465,9 @@ def powers_of(unit: str) -> np.ndarray:
 
 
 # With g, lengths go with the square of time. Controllers and drivers have times and speeds of
-# their own, so only the open loop is similar in these; and a contact with memory loses the force
-# beyond a friction that jumps within 0.1 ms, whatever the units (RELEASE in fmu/kernel/memory.h).
+# their own, and the map of peaks has fixed speeds, so only the open loop is similar in these; and a
+# contact with memory loses the force beyond a friction that jumps within 0.1 ms, whatever the units
+# (RELEASE in fmu/kernel/memory.h).
 HEAVIER, LONGER = (2.0, 1.0, 1.0), (3.0, 4.0, 2.0)
 
 
@@ -468,7 +477,8 @@ def test_similar_vehicles_run_alike(case: Case, tmp_path: Path) -> None:
     sections = sections_of(case)
     sections["controllers.tested"]["sample_time"] = 0.01
     scales = [HEAVIER]
-    if case.controller == "open_loop" and not {"line", "driver", "conditions"} & set(case.features):
+    own_speeds = {"line", "driver", "conditions", "peaks"} & set(case.features)
+    if case.controller == "open_loop" and not own_speeds:
         scales += [LONGER] * (not (case.axles and "cleaning" in case.features))
     if "conditions" in case.features:
         scales = []  # the layer of a published rail has the stiffness that it has

@@ -84,6 +84,11 @@ OF_SCENARIO: dict[str, Feature] = {
     ),
     "brake": Feature(sections={"brake": {"delay": 0.04, "fill_time": 0.25, "vent_time": 0.12}}),
     "map": Feature(sections={"track": {"map": "map.csv", "start": 1000.0}}),
+    "largest traction coefficients": Feature(
+        sections={
+            "track": {"distance": [0.0, 2.0, 3.0], "friction": [0.2, 0.2, 0.1], "unit": "adhesion"}
+        }
+    ),
     "cleaning": Feature(
         sections={
             "track": {
@@ -389,6 +394,10 @@ def vehicle(case: Case) -> None:
     assert np.abs(run.total("energy_defect")).max() < 1e-8 * work
     if "track" in case.feature.sections:  # axles that come one after the other
         for axle in run.by_axle:
+            if scenario.track.unit == "adhesion":
+                number = scenario.track.friction_left(axle["distance"])
+                same(axle["available_force"] / axle["axle_load"], number, 0.01)
+                continue
             there = scenario.rails.friction_scale(axle["distance"], 0.0)[:, 0]
             clean = scenario.rails.recovered if scenario.rails.cleaning else 0.0
             scale = axle["friction_scale_left"]

@@ -20,7 +20,7 @@ PATTERNS = {  # and what to write
     r"(?i)\bforces? in the plane\b|\bin[ _-]plane\b": "lateral and spin force",
     r"(?i)\bhot[ _](friction|strips?|curves?)\b|\bis_hot\b": "thermal softening, thermal_",
     # Polach's area of adhesion, titles of papers and an outcome's name keep the word.
-    r"(?i)(?<!re-)(?<!area of )\badhesion\b(?!$|[\"_]| (utilisation|limit|control|model|char))": (
+    r"(?i)(?<!re-)(?<!area of )\badhesion\b(?!$|[\"'_]| (utili|limit|control|model|char|\|))": (
         "creep force, friction available"
     ),
     r"(?i)\bof which\b": "a sentence of its own",
