@@ -31,7 +31,15 @@ from contactlib.files.reading import shipped_files
 from contactlib.files.scenario import CONTINUOUS, KINDS
 from contactlib.files.scenario import SECTIONS as OF_SCENARIO
 from contactlib.files.sections import LAWS, VEHICLE_SECTIONS, Keys
-from contactlib.runs.signals import OF_BRAKES, OF_SHAFTS, OF_TRACKS, SIDES, SIGNALS, of_contacts
+from contactlib.runs.signals import (
+    OF_BRAKES,
+    OF_SAND,
+    OF_SHAFTS,
+    OF_TRACKS,
+    SIDES,
+    SIGNALS,
+    of_contacts,
+)
 from contactlib.runs.sweep.axes import WAYS, AxisKeys
 from contactlib.runs.sweep.loading import KEYS as OF_SWEEP
 from contactlib.runs.sweep.sampling import ANY, draw
@@ -200,7 +208,7 @@ def outcomes(of: str) -> str:
 
 def signals(of: str) -> str:
     """Signals of every run, or those of the contact."""
-    of_runs = SIGNALS | OF_SHAFTS | OF_BRAKES | OF_TRACKS
+    of_runs = SIGNALS | OF_SHAFTS | OF_BRAKES | OF_SAND | OF_TRACKS
     known = of_contacts() if of == "contacts" else of_runs
     both = "".join(f", `_{side}`" for side in SIDES)
     rows = [

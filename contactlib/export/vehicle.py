@@ -34,6 +34,11 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
             "scenario.drivetrain.motor has an elastic shaft: shafts of an FMU are rigid; leave out "
             "rotor and shaft of [motor]"
         )
+    if train.sanding is not None:
+        raise ValueError(
+            "scenario.drivetrain.sanding: an FMU has no sand of its own; leave out [sanding], and "
+            "set its input friction_scale"
+        )
     if vehicle.load_lag == 0.0:
         raise ValueError(
             "vehicle.load_lag = 0.0 must be > 0 in an FMU, where loads are states: a suspension "

@@ -82,6 +82,7 @@ class Units(NamedTuple):
 
 IN_SI = Units()
 SLOPE = "slope factor"
+GRAINS: dict[str, Any] = {"hatch": "...", "fc": "none", "ec": paint.ink, "lw": 0.0}  # of sand
 
 
 class _Drawn(NamedTuple):
@@ -183,7 +184,8 @@ def _whole(result: Result) -> Result:
     signals |= {name: result[name].sum(axis=1) for name in ("demand", "commanded_torque")}
     for name in ("friction_scale_left", "friction_scale_right", "slope_scale"):
         signals[name] = result[name].min(axis=1)
-    signals["falling_branch"] = result["falling_branch"].max(axis=1)
+    for name in {"falling_branch", "sand"} & {*result.units}:
+        signals[name] = result[name].max(axis=1)
     return Result(result.time, signals, result.units)
 
 
@@ -510,6 +512,9 @@ def _friction(row: Sequence[Axes], runs: Sequence[_Drawn]) -> None:
         friction = [values[number] for name, _, values in factors if name != SLOPE]
         lowest = one * np.min(friction, axis=0)
         axes.fill_between(run.at, 0.0, lowest, color=paint.shade, lw=0.0)
+        if "sand" in run.result.units:
+            laid, whole = run.result["sand"] > 0.0, axes.get_xaxis_transform()
+            axes.fill_between(run.at, 0.9, 1.0, laid, transform=whole, label="sand", **GRAINS)
         for look, values in lines:
             axes.plot(run.at, values, **look)
         top = max(top, *(float(values.max()) for _, values in lines))
@@ -546,6 +551,8 @@ def _legend(figure: Figure, runs: Sequence[_Drawn], caption: str, given: Sequenc
     bands = {band.get_label() for axes in figure.axes for band in axes.collections}
     for name in bands & set(map(_envelope, runs)):
         handles.append(Patch(color=paint.mixed(48), label=name))
+    if "sand" in bands:
+        handles.append(Patch(label="sand", **GRAINS))
     factors = _factors(runs)
     if len(factors) > 1:
         handles += [Line2D([], [], label=label, **look) for label, look, _ in factors]

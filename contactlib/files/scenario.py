@@ -23,6 +23,7 @@ from contactlib.base.quantities import (
     Parameters,
     Quantity,
     ReadOnly,
+    checked_number,
     checks_call,
     declared,
 )
@@ -64,7 +65,7 @@ from contactlib.vehicle.continuous_control import (
     creepage_over_time,
 )
 from contactlib.vehicle.driver import Driver
-from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
+from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor, Sanding
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.peak_friction import at_speed, with_peaks
 from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
@@ -278,6 +279,9 @@ class Scenario(Parameters):
             self._check_axles(self.vehicle)
         if self.driver is not None:
             self._check_driver(self.driver)
+        sanded = self.drivetrain.sanding.axles if self.drivetrain.sanding else ()
+        if max(sanded, default=0.0) > self.axles:
+            raise ValueError(f"sanding.axles = {sanded!r} must be numbers from 1 to {self.axles}")
         if not self.controllers:
             raise ValueError("controllers must name at least one controller")
         designed: dict[str, Controller | ContinuousController] = {}
@@ -361,6 +365,7 @@ class Scenario(Parameters):
 
     def rails_at(self, speed: float) -> Track:
         """The track in factors on friction, where they depend on it at a speed [m/s]."""
+        speed = checked_number("speed", speed, SPEED)
         return at_speed(self.rails, self.drivetrain.wheelset.element, speed)
 
     @cached_property
@@ -375,6 +380,7 @@ class Scenario(Parameters):
             "[axle]": self.drivetrain.axle is not None,
             "[motor]": self.drivetrain.motor != Motor(),
             "[brake]": self.drivetrain.brake is not None,
+            "[sanding]": self.drivetrain.sanding is not None,
             "[track]": self.track != Track(),
             "[dynamic_load]": self.dynamic_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
@@ -518,6 +524,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "axle": Axle,
     "motor": Motor,
     "brake": Brake.from_times,
+    "sanding": Sanding,
     "track": track_of,
     "dynamic_load": DynamicLoad,
     "held_speed": speed_over_time,
@@ -530,11 +537,13 @@ SECTIONS: Mapping[str, Keys] = {
     **{name: declared(make) for name, make in MADE.items()},
     "track": {**declared(Track.from_breakpoints), **declared(TrackConditions)},
 }
+PARTS = ("vehicle", "axle", "motor", "brake", "sanding")  # of the drivetrain
 ABSENT = (
     "vehicle",
     "driver",
     "axle",
     "brake",
+    "sanding",
     "dynamic_load",
     "held_speed",
 )  # sections that are optional parts of a scenario
@@ -689,7 +698,7 @@ def build_scenario(
         track = cache("conditions", factors_of_conditions, data["track"], wheelset.element)
         data = {**data, "track": track}
     made = read_sections(data, cache)
-    run, parts = made["run"], [made[name] for name in ("vehicle", "axle", "motor", "brake")]
+    run, parts = made["run"], [made[name] for name in PARTS]
     drivetrain = cache("drivetrain", _drivetrain, wheelset, *parts)
     wheelset = drivetrain.wheelset
     initial_speed, held_speed = cache(
@@ -737,11 +746,12 @@ def _drivetrain(
     axle: Axle | None,
     motor: Motor,
     brake: Brake | None,
+    sanding: Sanding | None,
 ) -> Drivetrain:
     if vehicle is not None:
         _check_plausible_axles(vehicle, wheelset)
         wheelset = replace(wheelset, mass=vehicle.mass / vehicle.axles)
-    return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake)
+    return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake, sanding=sanding)
 
 
 def _check_plausible_axles(vehicle: Vehicle, wheelset: Wheelset) -> None:

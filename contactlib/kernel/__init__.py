@@ -50,8 +50,10 @@ from contactlib.kernel.tables import framed as framed
 from contactlib.kernel.tables import shipped_path as shipped_path
 from contactlib.kernel.tables import table_coordinate as table_coordinate
 from contactlib.kernel.tables import table_nodes as table_nodes
+from contactlib.kernel.vehicles import NODE_DISTANCE as NODE_DISTANCE
 from contactlib.kernel.vehicles import NativeRails as NativeRails
 from contactlib.kernel.vehicles import NativeVehicle as NativeVehicle
 from contactlib.kernel.vehicles import NativeVehicles as NativeVehicles
+from contactlib.kernel.vehicles import rail_nodes as rail_nodes
 from contactlib.kernel.vehicles import rails_file as rails_file
 from contactlib.kernel.vehicles import vehicle_loads as vehicle_loads

@@ -9,7 +9,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.rl.environments import TractionEnv, TractionVectorEnv
 from contactlib.traction import stacked, structure
-from contactlib.traction.interface import Controller, checked_controller
+from contactlib.traction.interface import Command, Controller, checked_controller
 
 
 class ControllerPolicy:
@@ -69,7 +69,10 @@ class ControllerPolicy:
         measured: Any = self._env.measurement.each(np.ravel)  # controllers take a row of all axles
         if self._env.time == 0.0:
             self._memory = self._control.start(measured, measured.torque)
-        torque, self._memory = self._control.sample(measured, self._memory)
+        answer, self._memory = self._control.sample(measured, self._memory)
+        torque, sand = answer if isinstance(answer, Command) else (answer, 0.0)
+        if np.any(sand):
+            raise ValueError("the controller commands sand: an action is a torque alone")
         return np.asarray(torque, dtype=np.float64).reshape(demand.shape)
 
     def __call__(self, observation: Any = None) -> FloatArray:

@@ -83,6 +83,12 @@ class _Vehicles:
         distinct = {id(one): one for one in scenarios}.values()
         if step is None:
             step = min(default_step(one, LONGEST_STEP) for one in distinct)
+        for one in scenarios:
+            if one.drivetrain.sanding and one.drivetrain.sanding.by == "controller":
+                raise ValueError(
+                    "scenario.drivetrain.sanding.by = 'controller': an action is a torque alone; "
+                    "set by = 'speed'"
+                )
         self.plant = Plant(scenarios, sample_time=sample_time, step=step, tolerance=tolerance)
         self.scenarios, self.sample_time = scenarios, float(sample_time)
         durations = sorted({one.duration for one in distinct})

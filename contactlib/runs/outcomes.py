@@ -375,6 +375,14 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             lambda v: _in_a_lock(_signal("creep_work"), v),
             zero="no wheel is locked",
         ),
+        "sand_used": Outcome(
+            "kg",
+            "sand laid by all axles",
+            lambda v: Combined(
+                lambda sand: v.total(sand.value()), HeldIntegral(_signal("sand_rate"))
+            ),
+            zero="no sand, or of an unknown rate",
+        ),
         "air_used": Outcome(
             "1",
             "air vented from the brake cylinders / air of one full application",

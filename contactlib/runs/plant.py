@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import cached_property
+from itertools import compress
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -35,8 +36,10 @@ from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
 from contactlib.runs.line import Line
+from contactlib.runs.sand import NO_SANDER, Delayed, Sanders
 from contactlib.runs.signals import (
     OF_BRAKES,
+    OF_SAND,
     OF_SHAFTS,
     OF_TRACKS,
     SHARED,
@@ -48,10 +51,10 @@ from contactlib.runs.signals import (
 )
 from contactlib.traction import Measurement, SensorReader, TractionController
 from contactlib.traction.batching import Copies
-from contactlib.traction.interface import STRONGEST
+from contactlib.traction.interface import STRONGEST, Command
 from contactlib.traction.sensors import INDEX
 from contactlib.vehicle.available_force import AvailableForce
-from contactlib.vehicle.drivetrain import Brake, Motor
+from contactlib.vehicle.drivetrain import Motor
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile
 from contactlib.vehicle.vehicle import MAX_AXLES
@@ -62,6 +65,7 @@ BLOCK = 16_384  # rows times runs in a block
 AHEAD = 256  # rows whose profiles are evaluated at once
 SAMPLE_TIME = Limits(at_least=1e-6, at_most=1e3)  # [s]
 TORQUE = Limits(at_least=-STRONGEST, at_most=STRONGEST)
+PART = Limits(at_least=0.0, at_most=1.0)
 FADING = 1.0  # below a speed limit, over which traction falls to zero [m/s]
 STANDING = 1e-200  # speed [m/s] or angular velocity [rad/s] at which power limits no torque
 FREE = Profile.of(0.0)  # placeholder for the held speed of a free wheelset
@@ -178,42 +182,6 @@ class Drives:
         if not self._has_brakes:
             return limited
         return where(self._braked & (torque < 0.0), torque, limited)
-
-
-class Brakes:
-    """Dead times of the brakes of n wheelsets, in whole samples.
-
-    Parameters
-    ----------
-    brakes : sequence of Brake or None
-        Brake of each wheelset.
-    sample_time : float
-        Sample time [s].
-    torque : ndarray
-        Torque that has been commanded so far [N.m].
-    """
-
-    def __init__(
-        self, brakes: Sequence[Brake | None], sample_time: float, torque: FloatArray
-    ) -> None:
-        late = [0 if brake is None else round(brake.delay / sample_time) for brake in brakes]
-        self._late, self._places = np.array(late), np.arange(len(brakes))
-        self._sent = np.tile(np.maximum(-torque, 0.0), (max(late) + 1, 1))
-        self._samples = 0
-
-    def command(self, torque: FloatArray) -> FloatArray:
-        """Brake torque that acts on the valves until the next sample, at least 0 [N.m].
-
-        Parameters
-        ----------
-        torque : ndarray
-            Torque that is commanded now [N.m].
-        """
-        size = len(self._sent)
-        self._sent[self._samples % size] = np.maximum(-torque, 0.0)
-        delayed = self._sent[(self._samples - self._late) % size, self._places]
-        self._samples += 1
-        return np.asarray(delayed)
 
 
 def follows(scenario: Scenario) -> bool:
@@ -449,6 +417,7 @@ class Plant:
         self._radius = _numbers(self.radius)
         self._inputs = np.zeros((rows, n), kernel.drivetrain_dtype("input"))
         self.measured_speed = np.zeros(self._inputs.shape)  # of the rows of a block [m/s]
+        self.sand_rate = np.zeros(self._inputs.shape)  # likewise [kg/s]
         self._slowest = np.array([body.element.minimum_speed for body in bodies])
         self._load = np.array([0.5 * scenario.static_load for scenario in scenarios])
         factors = [scenario.dynamic_load or STATIC for scenario in scenarios]
@@ -514,7 +483,7 @@ class Plant:
             raise error
         return self._given(self._measured(self._ahead(0, 1)[0][0]))
 
-    def step(self, torque: ArrayLike) -> Measurement[Any]:
+    def step(self, torque: ArrayLike, sand: ArrayLike = 0.0) -> Measurement[Any]:
         """Hold a torque until the next sample, and return what is measured there.
 
         Parameters
@@ -522,6 +491,8 @@ class Plant:
         torque : array_like
             Torque [N.m], one for all, one for each of n vehicles or for each of their axles, shape
             (n, axles); of a single vehicle (axles,). The drive commands what its limits allow.
+        sand : array_like, optional
+            Part of all sand that axles lay, from 0 to 1, likewise.
 
         Raises
         ------
@@ -530,15 +501,7 @@ class Plant:
         RuntimeError
             If the integrator of a plant of one vehicle gives up.
         """
-        requested = checked("torque", torque, TORQUE)
-        vehicles, axles = self._shape(shared=True), self._shape()
-        if requested.shape not in ((), vehicles, axles):
-            known = " or ".join(map(str, dict.fromkeys([(), vehicles, axles])))
-            raise ValueError(f"torque has the shape {requested.shape}: must be {known}")
-        if self.axles > 1:
-            each = requested[..., np.newaxis] if requested.shape == vehicles else requested
-            requested = np.broadcast_to(each, axles).ravel()
-        self._command(_numbers(requested))
+        self._command(self._of_axles("torque", torque, TORQUE), self._of_axles("sand", sand, PART))
         first, count = self._row, self._timing.per_sample
         demands, held = self._ahead(first, count + 1)
         for i in range(count):
@@ -550,13 +513,30 @@ class Plant:
         self._row += count
         return self._given(self._measured(demands[count]))
 
+    def _of_axles(self, name: str, given: ArrayLike, limits: Limits) -> Numbers:
+        """Checked numbers that are for all, for each vehicle or for each axle."""
+        numbers, vehicles, axles = (
+            checked(name, given, limits),
+            self._shape(shared=True),
+            self._shape(),
+        )
+        if numbers.shape not in ((), vehicles, axles):
+            known = " or ".join(map(str, dict.fromkeys([(), vehicles, axles])))
+            raise ValueError(f"{name} has the shape {numbers.shape}: must be {known}")
+        if self.axles > 1:
+            each = numbers[..., np.newaxis] if numbers.shape == vehicles else numbers
+            numbers = np.broadcast_to(each, axles).ravel()
+        return _numbers(numbers)
+
     @property
     def units(self) -> Mapping[str, str]:
         """Units of the signals; there is a speed limit if a track has one."""
         shafts = all(train.motor.rotor_inertia is not None for train in self.trains)
         pressures = not np.isnan(self.pressure_per_torque).any()
-        more = (OF_SHAFTS, shafts), (OF_BRAKES, pressures), (OF_TRACKS, self.has_limits)
-        return {**UNITS, **units(*(signals for signals, present in more if present))}
+        sanded = any(train.sanding is not None for train in self.trains)
+        present = shafts, pressures, sanded, self.has_limits
+        more = compress((OF_SHAFTS, OF_BRAKES, OF_SAND, OF_TRACKS), present)
+        return {**UNITS, **units(*more)}
 
     @cached_property
     def pressure_per_torque(self) -> FloatArray:
@@ -624,7 +604,11 @@ class Plant:
         motors = [one.motor for one in self.trains]
         self._drives = Drives(motors, self.radius, sample_time, braked)
         self._inputs["commanded_brake"] = 0.0
-        self._brakes: Brakes | None = None
+        self._brakes: Delayed | None = None
+        self._sanders: Sanders | None = None
+        sandings = [one.sanding for one in self.trains]
+        if any(sandings):
+            self._sanders = Sanders(sandings, self._axle, sample_time, -self._behind)
         self._measured_speed: Numbers = 0.0
         self._failed, self._substeps = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self._row, self._stored, self._torque = 0, list[FloatArray](), _numbers(np.zeros(n))
@@ -653,7 +637,9 @@ class Plant:
                 self._commanded[0] = begin.torque
                 vehicles.settle(self.fleet, self._inputs[0], self._states)
         self._torque, self.refused = _numbers(begin.torque), begin.refused
-        self._brakes = Brakes(brakes, sample_time, begin.torque) if any(braked) else None
+        if any(braked):
+            delays = [0.0 if brake is None else brake.delay for brake in brakes]
+            self._brakes = Delayed(delays, sample_time, np.maximum(-begin.torque, 0.0))
         self.failed[[axle // axles for axle in self.refused]] = True
 
     def _measured(self, demand: FloatArray) -> Measurement[Any]:
@@ -698,12 +684,17 @@ class Plant:
         left, right = self._states["omega_left"], self._states["omega_right"]
         return 0.5 * (_numbers(left) + _numbers(right))
 
-    def _command(self, requested: Numbers) -> None:
-        """Command the drives a torque until the next sample [N.m], as a torque on the axle."""
+    def _command(self, requested: Numbers, sand: Numbers = 0.0) -> None:
+        """Command the drives a torque on the axle until the next sample [N.m], and the sanders."""
+        if self._sanders is not None:
+            self._sanders.command(sand, self._states["speed"])
+        elif np.any(sand):
+            raise ValueError(NO_SANDER)
         requested = self._turn * requested
         self._torque = self._drives.command(requested, self._torque, self._demand, self._turning())
         if self._brakes is not None:
-            self._braking = self._brakes.command(np.full(len(self.trains), self._torque))
+            torque = np.full(len(self.trains), self._torque)
+            self._braking = self._brakes(np.maximum(-torque, 0.0))
 
     def _given(self, measured: Measurement[Any]) -> Measurement[Any]:
         """The measurement as new arrays, or as numbers of one wheelset."""
@@ -718,6 +709,9 @@ class Plant:
         if self._line.towing:
             distance, way = self._states["distance"], step * self._states["speed"]
             self._inputs["resistance_force"][place] = self._line.pull(distance, way)
+        if self._sanders is not None:
+            self._inputs["sand"][place] = self._sanders.meet(self._states["distance"])
+            self.sand_rate[place] = self._sanders.rate
         if self._brakes is not None:
             self._inputs["commanded_brake"][place] = self._braking
         self._step_on(place, self._timing.step * row, step, self._tolerance)
@@ -836,15 +830,16 @@ class Runs(Plant):
             self._memory = self._called("start", row, measured, measured.torque)
         answer = self._called("sample", row, measured, self._memory)
         shape = self._failed.shape
-        if row == 0 and not (
-            isinstance(answer, tuple) and len(answer) == 2 and np.shape(answer[0]) in ((), shape)
-        ):
+        command: Any = answer[0] if isinstance(answer, tuple) and len(answer) == 2 else None
+        requested, sand = command if isinstance(command, Command) else (command, 0.0)
+        if row == 0 and (command is None or np.shape(requested) not in ((), shape)):
             raise ValueError(
                 f"{type(self._control).__name__}.sample returned {shown(answer)}: it must "
                 f"return the torques, an array of the shape {shape}, and the memory"
             )
-        requested, self._memory = answer
-        self._command(requested if type(requested) is float else _numbers(np.asarray(requested)))
+        self._memory = answer[1]
+        torque = requested if type(requested) is float else _numbers(np.asarray(requested))
+        self._command(torque, sand)
 
     def _called(self, method: str, row: int, *given: Any) -> Any:
         """Answer of a method of the controller at a row."""

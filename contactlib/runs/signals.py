@@ -25,6 +25,7 @@ class Source(Protocol):
     fleet: kernel.NativeFleet
     radius: FloatArray
     axles: int  # of each vehicle
+    sand_rate: FloatArray  # of each axle in the block's rows [kg/s]
     measured_speed: FloatArray  # vehicle speed that the controllers get, of the block's rows [m/s]
 
     @property
@@ -82,6 +83,10 @@ OF_SHAFTS = {  # of drivetrains whose motor has a shaft
 }
 OF_BRAKES = {  # of drivetrains whose brake has a pressure
     "cylinder_pressure": Signal("Pa", "pressure in the brake cylinder"),
+}
+OF_SAND = {  # of drivetrains with sanding
+    "sand": Signal("1", "part of its whole effect that sand on the rails has"),
+    "sand_rate": Signal("kg/s", "sand that is laid"),
 }
 OF_TRACKS = {"speed_limit": Signal("m/s", "speed from which the driver demands no traction")}
 CONTINUOUS = {  # of a run under a continuous controller, before those of sampled runs
@@ -172,7 +177,15 @@ def checked_signals(names: Iterable[str], elements: Collection[ForceElement]) ->
 
 def long_name(name: str) -> str:
     """Describe a signal; of any other name its words."""
-    known = {**SIGNALS, **OF_SHAFTS, **OF_BRAKES, **OF_TRACKS, **CONTINUOUS, **of_contacts()}
+    known = {
+        **SIGNALS,
+        **OF_SHAFTS,
+        **OF_BRAKES,
+        **OF_SAND,
+        **OF_TRACKS,
+        **CONTINUOUS,
+        **of_contacts(),
+    }
     both, _, side = name.rpartition("_")
     if name not in known and side in SIDES and both in known:
         return f"{known[both].description}, {side} wheel"
@@ -234,7 +247,7 @@ class Block:
             return COMPUTED[name](self)
         if name == "slope_scale" or name.startswith("friction_scale_"):
             return np.asarray(self._inputs[name.replace("_scale", "")])
-        if name in ("commanded_torque", "grade"):
+        if name in ("commanded_torque", "grade", "sand"):
             return np.asarray(self._inputs[name])
         if name in (kernel.drivetrain_dtype("output").names or ()):
             return np.asarray(self._outputs[name])  # the torque is that of motor and brake
@@ -273,6 +286,9 @@ class Block:
 
     def _measured_speed(self) -> FloatArray:
         return self._source.measured_speed[: self.time.size]
+
+    def _sand_rate(self) -> FloatArray:
+        return self._source.sand_rate[: self.time.size]
 
     def _speed_limit(self) -> FloatArray:
         return self._source.speed_limit(self["distance"])
@@ -320,5 +336,5 @@ def energy_defect(signals: Values, stored_at_start: FloatArray) -> FloatArray:
 COMPUTED: Mapping[str, Callable[[Block], FloatArray]] = {
     name.removeprefix("_"): method
     for name, method in vars(Block).items()
-    if name.removeprefix("_") in {*SIGNALS, *OF_BRAKES, *OF_TRACKS}
+    if name.removeprefix("_") in {*SIGNALS, *OF_BRAKES, *OF_SAND, *OF_TRACKS}
 }

@@ -232,6 +232,7 @@ class SingleWheelset:
     axles: int = 1
     available: None = None
     measured_speed: Any = None
+    sand_rate: Any = None
     pressure_per_torque: Any = None
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:

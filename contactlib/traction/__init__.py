@@ -15,6 +15,7 @@ from contactlib.traction.batching import stacked, structure
 from contactlib.traction.creep_pi import CreepPI, SlipLimiter
 from contactlib.traction.design import total_delay
 from contactlib.traction.interface import (
+    Command,
     Measurement,
     OpenLoop,
     SampledController,
@@ -37,6 +38,7 @@ CONTROLLERS: Mapping[str, type[TractionController]] = MappingProxyType(
 
 __all__ = [
     "CONTROLLERS",
+    "Command",
     "CreepPI",
     "Measurement",
     "OpenLoop",

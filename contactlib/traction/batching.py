@@ -20,6 +20,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray, Parameters, as_number, cached_names, shown
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.traction.interface import (
+    Command,
     Controller,
     Measurement,
     SampledController,
@@ -123,14 +124,15 @@ class Copies:
 
     def sample(
         self, measurement: Measurement[FloatArray], memory: CopiesMemory
-    ) -> tuple[FloatArray, CopiesMemory]:
-        """Torques [N.m] of the copies, and the memory."""
+    ) -> tuple[FloatArray | Command[FloatArray], CopiesMemory]:
+        """Torques [N.m] of the copies, or their commands, and the memory."""
         time = memory.sample * self.sample_time
-        torques = [
-            _torque(control, seen, time)
+        commands = [
+            _command(control, seen, time)
             for control, seen in zip(memory.controllers, _each(measurement), strict=True)
         ]
-        return np.array(torques), memory._replace(sample=memory.sample + 1)
+        both = Command(*np.array(commands).T)
+        return both if both.sand.any() else both.torque, memory._replace(sample=memory.sample + 1)
 
 
 def _copy(control: Any) -> Any:
@@ -167,16 +169,19 @@ def _each(measurement: Measurement[Any]) -> list[Measurement[float]]:
     return [Measurement(*column) for column in columns]
 
 
-def _torque(control: SampledController, seen: Measurement[float], time: float) -> float:
-    """Torque of one controller [N.m], checked; zero for a run whose numbers have overflowed."""
+def _command(control: SampledController, seen: Measurement[float], time: float) -> Command[float]:
+    """Command of one controller, checked; zero for a run whose numbers have overflowed."""
     if not all(map(math.isfinite, (*seen[:4], *seen.wheel_speeds))):
-        return 0.0
+        return Command(0.0)
     what, demand = f"{type(control).__name__}.torque", seen.demand
     try:
         answer: Any = control.torque(seen)
     except USERS_ERRORS as error:
         raise explained(f"{what} at {time:.6g} s", error) from error
-    number = as_number(answer)
+    answer, part = answer if isinstance(answer, Command) else (answer, 0.0)
+    number, sand = as_number(answer), as_number(part, "biuf")
+    if sand is None or not 0.0 <= sand <= 1.0:
+        raise ValueError(f"{what} at {time:.6g} s returned sand = {shown(part)}: must be 0 to 1")
     low, high = min(demand, 0.0), max(demand, 0.0)
     slack = ROUNDING * max(high - low, 1.0)
     if number is None or not low - slack <= number <= high + slack:
@@ -185,4 +190,4 @@ def _torque(control: SampledController, seen: Measurement[float], time: float) -
             f"{what} at {time:.6g} s returned {shown(answer)}: it must return one number between 0 "
             f"and the demand, {demand:.6g} N.m{hint}"
         )
-    return min(max(number, low), high)
+    return Command(min(max(number, low), high), sand)

@@ -83,6 +83,21 @@ class Measurement(NamedTuple, Generic[Number]):
         return Measurement(demand, wheel, vehicle, torque, speeds, function(self.axle))
 
 
+class Command(NamedTuple, Generic[Number]):
+    """What a controller may return in place of its torque, where the scenario has sanders.
+
+    Attributes
+    ----------
+    torque : float or ndarray
+        Torque until the next sample [N.m].
+    sand : float or ndarray
+        Part of all sand that the axle lays until then, from 0 to 1, or a bool.
+    """
+
+    torque: Number
+    sand: Any = 0.0
+
+
 class SampledController(ABC):
     """Base class of your own traction controller: numbers in, a number out, state in `self`.
 
@@ -126,8 +141,8 @@ class SampledController(ABC):
         """
 
     @abstractmethod
-    def torque(self, measurement: Measurement[float]) -> float:
-        """Torque until the next sample [N.m], from zero to the measurement's demand."""
+    def torque(self, measurement: Measurement[float]) -> float | Command[float]:
+        """Torque until the next sample [N.m], from zero to the demand; or a `Command`."""
 
     def __repr__(self) -> str:
         given = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
@@ -151,8 +166,8 @@ class TractionController(Protocol):
     def start(self, measurement: Measurement[FloatArray], torque: Any) -> Any:
         """Memory of a drive at a steady `torque` [N.m]."""
 
-    def sample(self, measurement: Measurement[FloatArray], memory: Any) -> tuple[FloatArray, Any]:
-        """Torque [N.m], of the demand's sign and at most of its size, and the new memory."""
+    def sample(self, measurement: Measurement[FloatArray], memory: Any) -> tuple[Any, Any]:
+        """Torque [N.m], of the demand's sign and at most its size, or a `Command`; new memory."""
 
     @classmethod
     def for_drivetrain(

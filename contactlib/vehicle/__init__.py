@@ -5,7 +5,7 @@ from contactlib.vehicle.conditions import Conditions, OperatingPoint
 from contactlib.vehicle.continuous_control import CreepControl, TorqueControl
 from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates, WorstPole
 from contactlib.vehicle.driver import Driver
-from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor
+from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor, Sanding
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.track import Profile, Track
 from contactlib.vehicle.vehicle import Vehicle
@@ -26,6 +26,7 @@ __all__ = [
     "Peak",
     "Profile",
     "Resistance",
+    "Sanding",
     "SteadyStates",
     "TorqueControl",
     "Track",

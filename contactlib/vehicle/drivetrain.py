@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Literal
 
 from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity, checks_call
@@ -216,9 +216,53 @@ class Brake(Parameters):
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sanding(Parameters):
+    """Sand in front of axles, which acts where it lies: under them and all axles behind.
+
+    Its effect multiplies the track's factors, as in lists over distance. Sand is laid at the places
+    of the sanded axles from one row of a run to the next, at nodes 0.1 m apart, while the size of
+    the vehicle's speed is between `above` and `below`.
+
+    Parameters
+    ----------
+    friction : float
+        Factor on friction where sand lies [1].
+    slope : float, optional
+        Factor on the initial slope of the creep force there [1].
+    by : str, optional
+        ``"speed"`` if it is laid at all speeds between the limits, ``"controller"`` if only as far
+        as the controllers command it, by a `contactlib.traction.Command`.
+    below : float, optional
+        Speed above which no sand is laid [m/s]. Default: none.
+    above : float, optional
+        Speed below which no sand is laid [m/s]. Default: 0.
+    axles : tuple of float, optional
+        Numbers of the axles that have sanders, from 1. Default: all.
+    delay : float, optional
+        Dead time from command or speed to the sand on the rail, in whole samples [s].
+    rate : float, optional
+        Sand that one axle lays [kg/s]. Default: 0, not known.
+    """
+
+    friction: Annotated[float, Quantity("1", above=0.0, usual=(0.5, 10.0))]
+    slope: Annotated[float, Quantity("1", above=0.0, usual=(0.05, 10.0))] = 1.0
+    by: Literal["speed", "controller"] = "speed"
+    below: Annotated[float | None, Quantity("m/s", above=0.0, usual=(0.5, 170.0))] = None
+    above: Annotated[float, Quantity("m/s", at_least=0.0, usual=(0.0, 100.0))] = 0.0
+    axles: Annotated[tuple[float, ...], Quantity("1", whole=True, at_least=1, at_most=8)] = ()
+    delay: Annotated[float, LAG] = 0.0
+    rate: Annotated[float, Quantity("kg/s", at_least=0.0, usual=(0.0, 0.1))] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.below is not None and not self.above < self.below:
+            raise ValueError(f"above = {self.above!r} must be < below = {self.below!r}")
+
+
 @dataclass(frozen=True, eq=False)
 class Drivetrain(Parameters):
-    """Wheelset, axle, motor, brake. Each wheel has half of the inertia and, initially, of the load.
+    """Wheelset, axle, motor, brake and sand. Each wheel has half of inertia and, first, of load.
 
     Parameters
     ----------
@@ -230,6 +274,8 @@ class Drivetrain(Parameters):
         Lag, limits and shaft of the drive. Default: none of them.
     brake : Brake, optional
         Friction brake. Default: negative torque is the motor's, as with an electric brake.
+    sanding : Sanding, optional
+        Sand on the rails. Default: none.
     """
 
     wheelset: Wheelset
@@ -237,6 +283,7 @@ class Drivetrain(Parameters):
     axle: Axle | None = None
     motor: Motor = Motor()
     brake: Brake | None = None
+    sanding: Sanding | None = None
 
     @property
     def brake_lag(self) -> float:
@@ -313,6 +360,8 @@ class Drivetrain(Parameters):
             "shaft_damping": self.motor.shaft_damping,
             "brake_fill_time": 0.0 if self.brake is None else self.brake.fill_time,
             "brake_vent_time": 0.0 if self.brake is None else self.brake.vent_time,
+            "sand_friction": self.sanding.friction if self.sanding else 1.0,
+            "sand_slope": self.sanding.slope if self.sanding else 1.0,
         }
         return contact, drivetrain
 

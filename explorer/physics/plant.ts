@@ -147,6 +147,6 @@ export function configureRigid(
   train.configure(table, contact, {
     ...body, axle_stiffness: 0, axle_damping: 0, drive_share: 0.5, motor_lag: 0,
     motor_inertia: 0, shaft_stiffness: 0, shaft_damping: 0,
-    brake_fill_time: 0, brake_vent_time: 0,
+    brake_fill_time: 0, brake_vent_time: 0, sand_friction: 1, sand_slope: 1,
   });
 }

@@ -23,6 +23,8 @@ typedef struct {
     double shaft_damping;   /* [N.m.s/rad] */
     double brake_fill_time; /* time constant of a rising brake torque [s]; 0 if there is no brake */
     double brake_vent_time; /* and of a falling one [s] */
+    double sand_friction;   /* factor on friction where there is sand [1] */
+    double sand_slope;      /* and on the initial slope of the creep force [1] */
 } drivetrain_parameters;
 
 typedef struct {
@@ -57,6 +59,7 @@ typedef struct {
     double friction_right;   /* [1] */
     double slope;            /* multiplies the initial slope of the creep force [1] */
     double grade;            /* rise over distance where the wheel is; added to the body's [1] */
+    double sand;             /* part of its whole effect that sand has on the track's factors [1] */
 } drivetrain_input;
 
 typedef struct {

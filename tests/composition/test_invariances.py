@@ -103,6 +103,7 @@ FEATURES: Mapping[str, Sections] = {
             "unit": "adhesion",
         }
     },
+    "sanding": {"sanding": {"friction": 1.4, "slope": 0.9, "axles": [1]}},
     "map": {"track": {**PATCH, **RIGHT, "map": "map.csv", "start": 0.0}},
     "conditions": {
         "friction": {"condition": "dry"},
@@ -136,7 +137,7 @@ FEATURES: Mapping[str, Sections] = {
     "load": {"dynamic_load": {"time": [0.3, 0.6, 0.9], "factor": [1.0, 0.8, 1.1]}},
     "some axles": {"vehicle": {"driven": [1, 3], "braked": [1, 2]}},
 }
-ONLY = {"load": False, "some axles": True}  # for a wheelset, for a vehicle
+ONLY = {"load": False, "some axles": True, "sanding": True}  # for a wheelset, for a vehicle
 ONE_OF = [
     {"rails", "peaks", "map", "conditions", "line", "driver", "cleaning"},
     {"errors", "estimate"},
@@ -285,6 +286,8 @@ def mirrored(sections: Sections) -> Sections:
         for key in ("driven", "braked"):
             if key in vehicle:
                 vehicle[key] = [axles + 1 - number for number in vehicle[key]]
+        for sanding in [sections["sanding"]] if "sanding" in sections else []:
+            sanding["axles"] = [axles + 1 - number for number in sanding["axles"]]
     if "brake" not in sections:  # which acts against any motion
         sections["demand"]["torque"] = [-torque for torque in sections["demand"]["torque"]]
     if "vehicle_speed_drift" in sections.get("sensors", {}):
@@ -350,10 +353,10 @@ def test_the_order_of_axles_does_not_matter_where_nothing_couples_them(
     runs: list[Run] = []
     for places in (np.arange(n), order):
         there = deepcopy(sections)
-        for key in ("driven", "braked"):
-            if key in there["vehicle"]:
-                numbers = there["vehicle"][key]
-                there["vehicle"][key] = [i + 1 for i in range(n) if places[i] + 1 in numbers]
+        for section, key in (("vehicle", "driven"), ("vehicle", "braked"), ("sanding", "axles")):
+            if key in there.get(section, {}):
+                numbers = there[section][key]
+                there[section][key] = [i + 1 for i in range(n) if places[i] + 1 in numbers]
         if track := there.get("track"):
             lists = {k: v for k, v in track.items() if isinstance(v, list) and k != "distance"}
             edges = [0.5 * APART - place for place in far[:0:-1]]
@@ -479,7 +482,7 @@ def test_similar_vehicles_run_alike(case: Case, tmp_path: Path) -> None:
     scales = [HEAVIER]
     own_speeds = {"line", "driver", "conditions", "peaks"} & set(case.features)
     if case.controller == "open_loop" and not own_speeds:
-        scales += [LONGER] * (not (case.axles and "cleaning" in case.features))
+        scales += [LONGER] * (not (case.axles and {"cleaning", "sanding"} & set(case.features)))
     if "conditions" in case.features:
         scales = []  # the layer of a published rail has the stiffness that it has
     for scale in scales:

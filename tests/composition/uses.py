@@ -83,6 +83,7 @@ OF_SCENARIO: dict[str, Feature] = {
         }
     ),
     "brake": Feature(sections={"brake": {"delay": 0.04, "fill_time": 0.25, "vent_time": 0.12}}),
+    "sanding": Feature(sections={"sanding": {"friction": 1.5, "slope": 0.8}}),
     "map": Feature(sections={"track": {"map": "map.csv", "start": 1000.0}}),
     "largest traction coefficients": Feature(
         sections={

@@ -116,6 +116,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "Polach": lambda: cl.Polach(adhesion_reduction=1.0, slip_reduction=0.4),
     "Profile": two_points,
     "Result": lambda: cl.run_scenario(scenario(), "creep_pi"),
+    "Scenario": scenario,
     "Sensors": encoder,
     "Softening": lambda: Softening.linear(800.0),
     "ThermalContact": hot,
