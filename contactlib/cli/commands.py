@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,6 +22,11 @@ from contactlib.cli.console import (
     with_progress,
 )
 from contactlib.cli.exports import EXPORTS
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from contactlib.runs.sweep import Sweep
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -142,66 +149,46 @@ def simulate(
     print_line(f"Metrics, time series and figures are in {folder}")
 
 
-@main.command()
-@click.argument("sweep")
-@click.option(
-    "--workers",
-    type=Whole(1),
-    help="Number of threads or processes. Default: one per processor.",
-)
-@click.option(
-    "--processes",
-    is_flag=True,
-    help="Use processes instead of threads; faster for the analysis, which is in Python.",
-)
-@click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786.")
-@click.option("--chunk", type=Whole(1), help="Runs per chunk; a kill loses unfinished chunks only.")
-@click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT and start again.")
-@click.option(
-    "--controller",
-    metavar="FILE.py:NAME",
-    help="Run FILE.py, and as well the controller of your own that it calls NAME, a class or an "
-    "object. Workers of a cluster get FILE.py.",
-)
-@click.option("--no-maps", is_flag=True, help="Do not draw maps.")
-@drawing_options
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    help="Folder for the NetCDF file and the maps. Default: contactlib-NAME, for NAME.toml.",
-)
-def sweep(
-    sweep: str,
+def _running_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of commands that run a sweep."""
+    for option in (
+        click.option("--restart", is_flag=True, help="Discard previous results in OUTPUT."),
+        click.option(
+            "--chunk", type=Whole(1), help="Runs per chunk; a kill loses unfinished chunks only."
+        ),
+        click.option(
+            "--cluster", metavar="ADDRESS", help="Dask scheduler, such as tcp://10.0.0.1:8786."
+        ),
+        click.option(
+            "--processes",
+            is_flag=True,
+            help="Use processes instead of threads; faster for the analysis, which is in Python.",
+        ),
+        click.option(
+            "--workers",
+            type=Whole(1),
+            help="Number of threads or processes. Default: one per processor.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+def _run_sweep(
+    loaded: Sweep,
+    folder: Path,
+    files: Sequence[str] = (),
+    *,
     workers: int | None,
     processes: bool,
     cluster: str | None,
     chunk: int | None,
     restart: bool,
-    controller: str | None,
-    no_maps: bool,
-    output: Path | None,
-    formats: tuple[str, ...],
-) -> None:
-    """Run SWEEP, a scenario over many values of its parameters.
-
-    If it is stopped or killed at any time, the same command continues from there. SWEEP is a TOML
-    file or the name of a shipped one, which contactlib --help lists.
-    """
-    from contactlib.cli.own_controller import load_controller
+) -> Dataset:
+    """Run a sweep to a folder with progress, and write its CSV file; return the results."""
     from contactlib.runs import sweep as sweeps
 
-    if cluster is not None and (processes or workers is not None):
-        raise ValueError("--cluster cannot be combined with --processes or --workers")
-    added = {} if controller is None else dict([load_controller(controller)])
-    files = [] if controller is None else [controller.rpartition(":")[0]]
-    loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
-    if taken := set(added) & set(loaded.plan.controllers):
-        raise ValueError(f"{sweep} has a controller {min(taken)} itself: take another name")
-    loaded = sweeps.with_own(loaded, added, {})
-    folder = output or Path(f"contactlib-{loaded.stem}")
-    count = workers or sweeps.default_workers()
-    reporter, pace = ConsoleReporter(), Pace()
+    count, reporter, pace = workers or sweeps.default_workers(), ConsoleReporter(), Pace()
     if cluster is not None:
         opened = sweeps.cluster_workers(cluster, reporter.line, files)
     else:
@@ -226,10 +213,60 @@ def sweep(
         if pace.part > 0.0 and loaded.simulated_time > 0.0:
             rate = pace.part * loaded.simulated_time / pace.elapsed
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
+    sweeps.write_table(results, sweeps.results_path(loaded, folder).with_suffix(".csv"))
+    return results
+
+
+def _check_workers(options: Mapping[str, Any]) -> None:
+    if options["cluster"] is not None and (options["processes"] or options["workers"] is not None):
+        raise ValueError("--cluster cannot be combined with --processes or --workers")
+
+
+@main.command()
+@click.argument("sweep")
+@_running_options
+@click.option(
+    "--controller",
+    metavar="FILE.py:NAME",
+    help="Run FILE.py, and as well the controller of your own that it calls NAME, a class or an "
+    "object. Workers of a cluster get FILE.py.",
+)
+@click.option("--no-maps", is_flag=True, help="Do not draw maps.")
+@drawing_options
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for the NetCDF file and the maps. Default: contactlib-NAME, for NAME.toml.",
+)
+def sweep(
+    sweep: str,
+    controller: str | None,
+    no_maps: bool,
+    output: Path | None,
+    formats: tuple[str, ...],
+    **options: Any,
+) -> None:
+    """Run SWEEP, a scenario over many values of its parameters.
+
+    If it is stopped or killed at any time, the same command continues from there. SWEEP is a TOML
+    file or the name of a shipped one, which contactlib --help lists.
+    """
+    from contactlib.cli.own_controller import load_controller
+    from contactlib.runs import sweep as sweeps
+
+    _check_workers(options)
+    added = {} if controller is None else dict([load_controller(controller)])
+    files = [] if controller is None else [controller.rpartition(":")[0]]
+    loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
+    if taken := set(added) & set(loaded.plan.controllers):
+        raise ValueError(f"{sweep} has a controller {min(taken)} itself: take another name")
+    loaded = sweeps.with_own(loaded, added, {})
+    folder, reporter = output or Path(f"contactlib-{loaded.stem}"), ConsoleReporter()
+    results = _run_sweep(loaded, folder, files, **options)
     for line in sweeps.report(loaded, results):
         reporter.line(line)
     path = sweeps.results_path(loaded, folder)
-    sweeps.write_table(results, path.with_suffix(".csv"))
     all_failed = bool((results["failed"] == 1).all())
     if not (no_maps or all_failed):
         from contactlib.figures import draw_maps
@@ -241,6 +278,83 @@ def sweep(
     if all_failed:
         complain("contactlib: all runs failed")
         click.get_current_context().exit(1)
+
+
+@main.command()
+@click.argument("file")
+@click.option(
+    "--draws",
+    type=Whole(1),
+    default=100,
+    show_default=True,
+    help="Draws at each stop, for the catalogue of a scenario.",
+)
+@click.option(
+    "--seed", type=Whole(0), default=1, show_default=True, help="Seed of these draws, likewise."
+)
+@click.option(
+    "--repeat",
+    type=Whole(0),
+    metavar="RUN",
+    help="Run only this one of the stops again, and write the report of contactlib simulate.",
+)
+@_running_options
+@drawing_options
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for all files. Default: contactlib-NAME, for NAME.toml.",
+)
+def stops(
+    file: str,
+    draws: int,
+    seed: int,
+    repeat: int | None,
+    output: Path | None,
+    formats: tuple[str, ...],
+    **options: Any,
+) -> None:
+    """Stop a vehicle many times, for distances with their spread.
+
+    FILE is a scenario that brakes: a catalogue of sixteen stops, at four speeds on four rails, is
+    written to OUTPUT as a sweep, NAME_stops.toml, and run with draws of friction, pads, load,
+    wheels and sensors. Or it is such a sweep, with speeds, rails and ranges of your own. The
+    summary has quantiles of the stopping distances with their confidence intervals. If it is
+    stopped or killed at any time, the same command continues from there.
+    """
+    from contactlib.files.reading import file_kind
+    from contactlib.runs import stops as of_stops
+    from contactlib.runs import sweep as sweeps
+
+    _check_workers(options)
+    folder, reporter = output or Path(f"contactlib-{Path(file).stem}"), ConsoleReporter()
+    path: str | Path = file
+    if file_kind(file) != "sweep":
+        path = of_stops.write_stops(file, folder, draws, seed)
+    loaded = with_progress(lambda progress: sweeps.load_sweep(path, progress=progress))
+    of_stops.check_stops(loaded)
+    if repeat is not None:
+        from contactlib.cli.report import write_report
+
+        if repeat >= loaded.runs:
+            raise ValueError(f"--repeat {repeat} is out of range: must be < {loaded.runs}")
+        one = loaded.scenario_of(repeat)
+        reporter.line(f"Run {repeat}: {loaded.describe(repeat)}")
+        settings, names = loaded.plan.settings_of(repeat, one), list(loaded.plan.controllers)
+        folder /= f"run{repeat}"
+        write_report(one, names, folder, reporter, formats, settings=settings)
+        reporter.line(f"Metrics, time series and figures are in {folder}")
+        return
+    results = _run_sweep(loaded, folder, **options)
+    found = list(of_stops.stops_of(loaded, results))
+    reporter.line(of_stops.write_summary(folder, loaded, found))
+    from contactlib.figures import save_pictures, stopping_distances
+
+    with reporter.step("Drawing"):
+        save_pictures(stopping_distances(loaded, found), folder, "stops", formats)
+    csv = f"{sweeps.results_path(loaded, folder).stem}.csv"
+    reporter.line(f"The summary is in {folder / 'summary.txt'}, each stop in {csv} beside it")
 
 
 @main.command()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from contactlib import figures
+from contactlib.base.quantities import ReadOnly
 from contactlib.base.text import fixed_width
 from contactlib.base.units import in_si
 from contactlib.base.writing import write_whole
@@ -66,6 +67,7 @@ def write_report(
     signals: Sequence[str] = (),
     diagram: Mapping[str, Any] | None = None,
     animated: bool = False,
+    settings: Mapping[str, Any] = ReadOnly({}),
 ) -> dict[str, Any]:
     """Run a scenario, show the metrics, and write metrics, time series and figures to a folder.
 
@@ -93,6 +95,8 @@ def write_report(
         Default: no such figure.
     animated : bool, optional
         Whether an animation of all runs, comparison.gif, is written as well.
+    settings : mapping, optional
+        Other arguments of `run_scenario`, such as those that repeat a run of a sweep.
 
     Returns
     -------
@@ -114,7 +118,7 @@ def write_report(
     def run(title: str, case: Scenario, name: str, signals: Sequence[str] = ()) -> Result:
         try:
             with reporter.step(f"{scenario.name}: {title}") as progress:
-                return run_scenario(case, name, signals=signals, progress=progress)
+                return run_scenario(case, name, signals=signals, progress=progress, **settings)
         except RuntimeError as error:
             where = f"in the run of {title}; nothing is written to {output}"
             raise RuntimeError(f"{error}, {where}") from error

@@ -20,6 +20,7 @@ from contactlib.figures.patch import contact_patches
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import Units, comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
+from contactlib.figures.stops import stopping_distances
 from contactlib.figures.style import (
     captions,
     drivetrain_setting,
@@ -55,6 +56,7 @@ __all__ = [
     "save_pictures",
     "scenario_run",
     "sensor_errors",
+    "stopping_distances",
     "time_histories",
     "vehicle_creep_curve",
 ]

@@ -326,6 +326,20 @@ def number(where: str, value: object, quantity: Quantity) -> float:
     return si_value
 
 
+_referred: ContextVar[list[str] | None] = ContextVar("_referred", default=None)
+
+
+@contextmanager
+def referred_files() -> Iterator[list[str]]:
+    """List the paths of the files that are found meanwhile beside others or below."""
+    found: list[str] = []
+    token = _referred.set(found)
+    try:
+        yield found
+    finally:
+        _referred.reset(token)
+
+
 def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
     """Resolve a file that another file refers to; reject paths outside the folder of that file.
 
@@ -353,6 +367,8 @@ def file_beside(what: str, name: str, folder: Path, of: str) -> Path:
         if (place / name).is_file():  # not a device or a pipe
             if not (place / name).resolve().is_relative_to(place.resolve()):
                 raise ValueError(f"{what} must lie beside {of} or below: a link leads elsewhere")
+            if place == folder and (found := _referred.get()) is not None:
+                found.append(os.fspath(place / name))
             return place / name
     if (folder / name).exists():
         what = "a folder" if (folder / name).is_dir() else "a pipe or a device"

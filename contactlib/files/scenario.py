@@ -68,7 +68,7 @@ from contactlib.vehicle.driver import Driver
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor, Sanding
 from contactlib.vehicle.dynamic_load import DynamicLoad
 from contactlib.vehicle.peak_friction import at_speed, with_peaks
-from contactlib.vehicle.track import TIME, Profile, Track, Values, profile_of
+from contactlib.vehicle.track import TIME, Profile, Track, Values, Variation, profile_of
 from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheelset import Wheelset
 
@@ -204,6 +204,8 @@ class Scenario(Parameters):
         wheelset is its share of the vehicle's.
     track : Track
         Friction, slope, grade and speed limit over distance, and friction over time.
+    variation : Variation or None
+        Random factor on that friction; `rails` has it.
     dynamic_load : DynamicLoad or None
         Factor on the static load of both wheels over time; None if the load is static.
     demand : Profile
@@ -250,6 +252,7 @@ class Scenario(Parameters):
     drivetrain: Drivetrain
     vehicle: Vehicle | None = None
     track: Track = field(default_factory=Track)
+    variation: Variation | None = None
     dynamic_load: DynamicLoad | None = None
     demand: Profile
     driver: Driver | None = None
@@ -358,20 +361,44 @@ class Scenario(Parameters):
     @cached_property
     def rails(self) -> Track:
         """The track as runs take it: in factors on friction, or with what gives them."""
-        element = self.drivetrain.wheelset.element
-        if self.track.unit == "adhesion":
-            return with_peaks(self.track, element, loaded=self.loads_change)
-        return self.track.in_factors(element.friction.kinetic)
+        element, track = self.drivetrain.wheelset.element, self.track
+        if self.variation is not None:
+            survey = track.survey
+            ends = sorted(survey.start + survey.sign * place for place in self._reach)
+            with named("track.variation"):
+                varied = self.variation.profile(*ends)
+            track = replace(track, varied=varied.over_distance(survey))
+        if track.unit == "adhesion":
+            return with_peaks(track, element, loaded=self.loads_change)
+        return track.in_factors(element.friction.kinetic)
 
     def rails_at(self, speed: float) -> Track:
         """The track in factors on friction, where they depend on it at a speed [m/s]."""
         speed = checked_number("speed", speed, SPEED)
         return at_speed(self.rails, self.drivetrain.wheelset.element, speed)
 
+    @property
+    def _reach(self) -> tuple[float, float]:
+        """Smallest and largest distance that any axle can reach within the run [m]."""
+        drivetrain, held = self.drivetrain, self.held_speed.value if self.held_speed else ()
+        fastest, slowest = (
+            max(map(abs, (self.initial_speed, *held))),
+            max(map(abs, held), default=0.0),
+        )
+        brakes = drivetrain.brake is not None and max(self.demand.value) <= 0.0
+        steepest = max(map(abs, (drivetrain.wheelset.resistance.grade, *self.track.grade.value)))
+        # Friction and grades accelerate by no more, and no vehicle exceeds the limit of speeds.
+        gained = STANDARD_GRAVITY * (2.0 * steepest + (not brakes)) * self.duration
+        back, ahead = (
+            self.duration * min(speed + 0.5 * gained, SPEED.at_most)
+            for speed in (slowest, fastest)[:: -1 if self.initial_speed < 0.0 else 1]
+        )
+        return -back - self.position[-1], ahead
+
     @cached_property
     def on_uniform_friction(self) -> Scenario:
         """The scenario with its grades and controllers, on the friction of the wheelset's file."""
-        return replace(self, track=self.rails.uniform, controllers=self._designed)
+        return replace(self, track=self.rails.uniform, variation=None, controllers=self._designed)
 
     def check_continuous(self, name: str) -> None:
         """Refuse a continuous controller where something acts between it and the wheels."""
@@ -381,7 +408,7 @@ class Scenario(Parameters):
             "[motor]": self.drivetrain.motor != Motor(),
             "[brake]": self.drivetrain.brake is not None,
             "[sanding]": self.drivetrain.sanding is not None,
-            "[track]": self.track != Track(),
+            "[track]": self.track != Track() or self.variation is not None,
             "[dynamic_load]": self.dynamic_load is not None,
             "[held_speed]": self.held_speed is not None and len(set(self.held_speed.value)) > 1,
             'run.start = "released"': self.start == "released",
@@ -526,6 +553,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "brake": Brake.from_times,
     "sanding": Sanding,
     "track": track_of,
+    "track.variation": Variation,
     "dynamic_load": DynamicLoad,
     "held_speed": speed_over_time,
     "sensors": Sensors,
@@ -546,6 +574,7 @@ ABSENT = (
     "sanding",
     "dynamic_load",
     "held_speed",
+    "track.variation",
 )  # sections that are optional parts of a scenario
 KEYS = ("wheelset_changes", *(key for key in SECTIONS if key not in NEEDED))
 
@@ -668,6 +697,9 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             if vehicle_source:
                 mistakes.of(_check_vehicle, *vehicle_source[:2])
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
+        if isinstance(track := data.get("track"), Mapping) and "variation" in track:
+            parts = {"track.variation": track["variation"], "track": without(track, "variation")}
+            data = {**data, **parts}
         mistakes.of(read_sections, data, BuildCache())
         if "controllers" in data:
             mistakes.of(read_controllers, data["controllers"])
@@ -735,6 +767,7 @@ def build_scenario(
         controllers=read_controllers(data["controllers"]) if controllers is None else controllers,
         speed_unit="km/h" if unit == unit_value("km/h", "m/s") else "m/s",
         demand=demand,
+        variation=made["track.variation"],
         **{key: made[key] for key in ("vehicle", "driver", "track", "dynamic_load", "sensors")},
         **run | {"initial_speed": initial_speed, "design_speed": design_speed},
     )

@@ -127,6 +127,22 @@ class DrivetrainArrays(NamedTuple):
         return values.reshape(*values.shape[:-1], -1, self.axles)
 
 
+class SomeRows:
+    """Presents a part of some rows."""
+
+    def __init__(self, rows: Rows, first: int, end: int) -> None:
+        self._rows, self._part = rows, slice(first, end)
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the rows [s]."""
+        return self._rows.time[self._part]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one signal, shape (rows, n)."""
+        return self._rows[name][self._part]
+
+
 class DerivedRows:
     """Rows, with derived signals that several outcomes share."""
 
@@ -334,10 +350,19 @@ class Falls:
 
 
 class Stop:
-    """Outcome ``stopping_distance``: way from the first demand of braking to standstill [m]."""
+    """Outcome ``stopping_distance``: way from the first demand of braking to standstill [m].
+
+    Attributes
+    ----------
+    rows : int
+        Number of rows so far.
+    last : ndarray
+        Row in which each vehicle has stopped; -1 if it has not.
+    """
 
     def __init__(self, drivetrains: DrivetrainArrays) -> None:
         self._of = drivetrains
+        self.rows, self.last = 0, np.full(drivetrains.radius.size // drivetrains.axles, -1)
         self._begin: FloatArray | None = None  # places; nan before braking
         self._end: FloatArray | None = None
 
@@ -353,6 +378,8 @@ class Stop:
             self._begin = np.where(np.isnan(self._begin) & on, place, self._begin)
             over = still & np.isnan(self._end) & ~np.isnan(self._begin)
             self._end = np.where(over, place, self._end)
+            self.last = np.where(over, self.rows, self.last)
+            self.rows += 1
 
     def value(self) -> FloatArray:
         """Return the ways of the rows so far: infinite without a stop, nan without braking."""

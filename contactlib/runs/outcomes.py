@@ -383,6 +383,16 @@ OUTCOMES: Mapping[str, Outcome] = MappingProxyType(
             ),
             zero="no sand, or of an unknown rate",
         ),
+        "locked_axles": Outcome(
+            "1",
+            "share of the axles with a wheel that is locked above 5 km/h",
+            lambda v: Combined(
+                lambda largest: v.total(np.where(largest.value() > 0.0, 1.0, 0.0)) / v.axles,
+                Locked(lambda rows: rows.time[:, np.newaxis]),
+            ),
+            percent=True,
+            zero="no wheel is locked",
+        ),
         "air_used": Outcome(
             "1",
             "air vented from the brake cylinders / air of one full application",

@@ -791,6 +791,10 @@ class Runs(Plant):
             for value in speed[:: self.axles][vehicles].tolist()
         ]
 
+    def end(self, which: NDArray[np.bool_]) -> None:
+        """Step some vehicles no more, shape (n,)."""
+        self._failed |= np.repeat(which, self.axles)
+
     def blocks(self) -> Iterator[Block]:
         """Yield all rows in blocks; each is valid until the next."""
         inputs, rows = self._inputs, self._timing.rows

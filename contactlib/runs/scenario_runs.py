@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contactlib.base.quantities import (
     FINITE,
@@ -21,7 +23,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
-from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays
+from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays, SomeRows, Stop
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
 from contactlib.runs.plant import (
@@ -64,8 +66,8 @@ class Kept:
         self._done += block.time.size
         return self._done / self._when.rows
 
-    def results(self) -> Iterator[Result]:
-        """Result of each run."""
+    def results(self, last: Sequence[int] | None = None) -> Iterator[Result]:
+        """Result of each run, to its last row if that is not the end (-1)."""
         whole = {}
         for name, parts in self._parts.items():
             rows = np.concatenate(parts)
@@ -75,8 +77,9 @@ class Kept:
                 by_axle = rows.reshape(len(rows), -1, self._axles)
                 whole[name] = by_axle.swapaxes(0, 1).copy()
         for i in range(len(whole["speed"])):
-            signals = {name: rows[i] for name, rows in whole.items()}
-            yield Result(self._when.times(0, self._when.rows), signals, self._units)
+            rows = self._done if last is None or last[i] < 0 else last[i] + 1
+            signals = {name: values[i][:rows] for name, values in whole.items()}
+            yield Result(self._when.times(0, rows), signals, self._units)
 
 
 def run_scenario(
@@ -88,6 +91,7 @@ def run_scenario(
     step: float | None = None,
     signals: Collection[str] = (),
     tolerance: float | None = None,
+    until_stop: bool = False,
     progress: Callable[[float], object] = lambda part: None,
 ) -> Result:
     """Run a scenario under one controller, which each axle of a vehicle has a copy of.
@@ -116,6 +120,9 @@ def run_scenario(
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. Default: 1e-7, for vehicles of
         several axles 1e-5; under a continuous controller 1e-9, as for `simulate`.
+    until_stop : bool, optional
+        Whether the run ends in the row in which the vehicle has stopped: it has braked and is
+        slower than 0.1 m/s. A continuous controller has no such end.
     progress : callable, optional
         Called with the fraction of the duration that is done, from 0 to 1.
 
@@ -171,13 +178,19 @@ def run_scenario(
     for place, error in runs.refused.items():
         raise error if scenario.axles == 1 else ValueError(f"axle {place + 1}: {error}")
     kept = Kept(when, {**runs.units, **more}, scenario.axles)
+    drivetrains = DrivetrainArrays.of(runs.trains, runs.axles)
+    stop = Stop(drivetrains)
     for block in runs.blocks():
         if runs.failed[0]:
             name = f"torque of {type(control).__name__} before {block.time[-1]:.6g} s"
             checked(name, block["commanded_torque"], FINITE)
             raise RuntimeError(f"the integrator gave up before {block.time[-1]:.6g} s")
         progress(kept.add(block))
-    result = next(kept.results())
+        if until_stop:
+            stop.add(DerivedRows(block, drivetrains))
+            if stop.last[0] >= 0:
+                break
+    result = next(kept.results(stop.last.tolist()))
     for axle in result.by_axle:
         warn_of_damage(axle)
     distance, load = result["distance"], float(result["axle_load"].max())
@@ -251,6 +264,7 @@ def run_many(
     index: Sequence[int] | None = None,
     step: float | Sequence[float] | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
+    until_stop: bool = False,
     progress: Callable[[float], object] = lambda part: None,
 ) -> dict[str, FloatArray]:
     """Run many scenarios, each under its controller of the given name or a copy of the given one.
@@ -285,6 +299,9 @@ def run_many(
     tolerance : float, optional
         Relative error of each of the integrator's substeps [1]. With the default, a run on a wet
         patch under creep control is accurate to 1e-5 at 10 m/s and to 1e-3 at 1 m/s.
+    until_stop : bool, optional
+        Whether each run ends when its vehicle has stopped, as for `run_scenario`: outcomes and
+        metrics are those of the rows until then.
     progress : callable, optional
         Called with the fraction of the work that is done, from 0 to 1.
 
@@ -360,13 +377,12 @@ def run_many(
             tolerance=tolerance,
         )
         kept = Kept(when, {**runs.units, **more}, axles) if metrics else None
-        for name, values in _watch(runs, outcomes, kept, report, noted).items():
-            columns[name][places] = values
-        failed = runs.failed
-        for name in outcomes:
-            columns[name][places] = np.where(failed, np.nan, columns[name][places])
+        found, last = _watch(runs, outcomes, kept, report, noted, until_stop=until_stop)
+        failed = runs.failed & (last < 0)
+        for name, values in found.items():
+            columns[name][places] = np.where(failed, np.nan, values)
         columns[FAILED][places] = failed
-        for i, result in enumerate(kept.results() if kept else ()):
+        for i, result in enumerate(kept.results(last.tolist()) if kept else ()):
             for name, metric in metrics.items() if not failed[i] else ():
                 columns[name][places[i]] = _measured(name, metric, result)
         del runs, kept  # free the memory before the next group
@@ -378,6 +394,7 @@ def run_many(
             index=index,
             step=step,
             tolerance=tolerance,
+            until_stop=until_stop,
             progress=lambda part: progress(0.5 + 0.5 * part),
         )
         for name, of in extensions.items():
@@ -428,33 +445,54 @@ def _watch(
     kept: Kept | None,
     report: Callable[[int], object],
     noted: list[str],
-) -> dict[str, FloatArray]:
-    """Run to the end and return the outcomes; add warnings of its end."""
+    *,
+    until_stop: bool,
+) -> tuple[dict[str, FloatArray], NDArray[np.intp]]:
+    """Run to the end and return the outcomes, and the last row of each run if that is not the end.
+
+    Adds warnings of its end.
+    """
     drivetrains = DrivetrainArrays.of(runs.trains, runs.axles)
-    watching = accumulators(outcomes, drivetrains)
+    watching, stop = accumulators(outcomes, drivetrains), Stop(drivetrains)
+    at_stop = {name: np.full(stop.last.size, np.nan) for name in outcomes}
     low = high = largest = np.zeros(len(runs.trains))
     with np.errstate(all="ignore"):  # failed runs become nan anyway
         for block in runs.blocks():
-            rows = DerivedRows(block, drivetrains)
-            for accumulator in watching.values():
-                accumulator.add(rows)
+            first, count, ends = stop.rows, block.time.size, {block.time.size}
+            if until_stop:
+                stop.add(DerivedRows(block, drivetrains))
+                ends |= {row + 1 - first for row in stop.last.tolist() if row >= first}
+            for start, end in pairwise(sorted({0, *ends})):
+                rows = DerivedRows(SomeRows(block, start, end), drivetrains)
+                for accumulator in watching.values():
+                    accumulator.add(rows)
+                if (over := stop.last == first + end - 1).any():
+                    for name, accumulator in watching.items():
+                        at_stop[name][over] = accumulator.value()[over]
             distance = block["distance"]
             low = np.minimum(low, distance.min(axis=0))
             high = np.maximum(high, distance.max(axis=0))
             largest = np.maximum(largest, block["axle_load"].max(axis=0))
             if kept is not None:
                 kept.add(block)
-            report(block.time.size * len(runs.trains))
-    ends = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
-    of_maps = [track.warning(*place) for track, *place in ends]
+            report(count * len(runs.trains))
+            runs.end(over := stop.last >= 0)
+            if over.all():
+                break
+    ends_of = zip(runs.tracks, low.tolist(), high.tolist(), strict=True)
+    of_maps = [track.warning(*place) for track, *place in ends_of]
     loaded = zip(runs.trains, largest.tolist(), strict=True)
     of_loads = [train.wheelset.element.warning(load) for train, load in loaded]
-    failed = np.tile(np.repeat(runs.failed, runs.axles), 2)
+    failed = np.tile(np.repeat(runs.failed & (stop.last < 0), runs.axles), 2)
     noted += [
         text for text, fails in zip(of_maps + of_loads, failed, strict=True) if text and not fails
     ]
     noted += runs.creeping
-    return {name: accumulator.value() for name, accumulator in watching.items()}
+    found = {
+        name: np.where(stop.last < 0, accumulator.value(), at_stop[name])
+        for name, accumulator in watching.items()
+    }
+    return found, stop.last
 
 
 def _groups(

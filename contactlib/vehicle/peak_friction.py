@@ -20,7 +20,7 @@ import numpy as np
 from contactlib import kernel
 from contactlib.base.quantities import FloatArray
 from contactlib.element.force_element import ForceElement
-from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.track import UNCHANGED, Profile, Track
 
 SPEEDS = 0.1 * 2.0 ** (np.arange(16) / 1.5)  # [m/s]
 LOADS = 2.0 ** np.arange(-2, 2)  # over the nominal one
@@ -49,9 +49,15 @@ def with_peaks(track: Track, element: ForceElement, *, loaded: bool) -> Track:
     ValueError
         If the contact cannot reach one of the coefficients.
     """
-    numbers = *track.friction_left.value, *(track.friction_right or track.friction_left).value
+    low, high = (choose(number for side in track.given for number in side.value) for choose in (min, max))
+    if track.varied != UNCHANGED:  # runs with other variations share a map
+        ratio = math.log(RATIOS[0])
+        low, high = (
+            math.exp(ratio * end)
+            for end in (math.floor(math.log(low) / ratio), math.ceil(math.log(high) / ratio))
+        )
     axes = (
-        _places(min(numbers), max(numbers), RATIOS[0]),
+        _places(low, high, RATIOS[0]),
         SPEEDS if element.friction.falls_with_slip_speed else SPEEDS[:1],
         element.axle_load * (LOADS if loaded else np.ones(1)),
         _places(min(track.slope.value), max(track.slope.value), RATIOS[1]),
@@ -70,12 +76,9 @@ def at_speed(track: Track, element: ForceElement, speed: float) -> Track:
         given = [np.array(number) for number in (side.value, *at)]
         return Profile(side.at, tuple(_factors(element.table.native, contact, *given).tolist()))
 
-    left, right = track.friction_left, track.friction_right
-    sides: dict[str, Any] = {
-        "friction_left": factors(left),
-        "friction_right": right and factors(right),
-    }
-    return replace(track, unit="factor", peaks=None, **sides)
+    left, right = map(factors, track.given)
+    sides = {"friction_left": left, "friction_right": None if left == right else right}
+    return replace(track, unit="factor", peaks=None, varied=UNCHANGED, **sides)
 
 
 def _places(low: float, high: float, ratio: float) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -15,7 +16,9 @@ from contactlib.base.quantities import (
     FINITE,
     NOT_NEGATIVE,
     POSITIVE,
+    SEED,
     FloatArray,
+    Parameters,
     Quantity,
     checked,
     checked_number,
@@ -192,6 +195,20 @@ class Profile:
         common_shape({"at": end, "near": first})
         return np.asarray((area(end - first) - area(end - last)) / (last - first))
 
+    def times(self, other: Profile) -> Profile:
+        """Product with a profile without jumps, exact at the places of both and linear between.
+
+        Examples
+        --------
+        >>> Profile((1.0, 1.0), (2.0, 3.0)).times(Profile((0.0, 2.0), (1.0, 3.0)))
+        Profile(at=(0.0, 1.0, 1.0, 2.0), value=(2.0, 4.0, 6.0, 9.0))
+        """
+        more = np.setdiff1d(other.at, self.at)
+        at = np.concatenate([self.at, more])
+        value = np.concatenate([self.value, self(more)]) * other(at)
+        order = np.argsort(at, kind="stable")
+        return Profile(at[order], value[order])  # type: ignore[arg-type]
+
     def over_distance(self, survey: Survey) -> Profile:
         """The profile over the distance of a run, from one over the places of a survey."""
         if (survey.start, survey.sign) == (0.0, 1.0):
@@ -246,6 +263,77 @@ OFF_MAP = "the run, from"  # a doubt begins so
 FAR, FARTHEST = (10.0, 100.0), 1000.0  # [1, m], [m]
 
 
+NODES = 10  # of the variation in one correlation length, which keep 98 % of its deviation
+BLOCK = 400  # nodes that are drawn together: what lies before them matters by exp(-40)
+MAX_NODES = 2_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variation(Parameters):
+    """Random factor on friction along a track, the same under both wheels.
+
+    Its logarithm is a stationary Gaussian process over the place: places that are d apart have the
+    correlation exp(-d / correlation_length), the Ornstein-Uhlenbeck process. It is drawn at nodes a
+    tenth of that length apart, with linear interpolation between, and a node's value depends on the
+    seed and its place alone, as `distance` counts: runs of any length, start and direction meet the
+    same rails.
+
+    Parameters
+    ----------
+    standard_deviation : float
+        Standard deviation of the logarithm of the factor at one place: about that of the factor,
+        over its mean, if it is small [1].
+    correlation_length : float
+        Distance over which the correlation falls to 1/e [m].
+    median : float, optional
+        Median of the factor, for the level of friction on the whole line [1]. Default: 1.
+    seed : float, optional
+        Seed of the random numbers, a whole number. Default: 0.
+
+    Examples
+    --------
+    >>> field = Variation(standard_deviation=0.2, correlation_length=50.0, seed=1.0)
+    >>> long, short = field.profile(-100.0, 2000.0), field.profile(300.0, 400.0)
+    >>> bool((long([320.0, 380.0]) == short([320.0, 380.0])).all())
+    True
+    """
+
+    standard_deviation: Annotated[float, Quantity("1", at_least=0.0, at_most=3.0, usual=(0.0, 1.0))]
+    correlation_length: Annotated[float, Quantity("m", above=0.0, usual=(1.0, 1e4))]
+    median: Annotated[float, FACTOR] = 1.0
+    seed: Annotated[float, SEED] = 0.0
+
+    def profile(self, low: float, high: float) -> Profile:
+        """The factor from one place to another [m].
+
+        Raises
+        ------
+        ValueError
+            If a place is not finite, or there are too many nodes between them.
+        """
+        spacing = self.correlation_length / NODES
+        low, high = checked_number("low", low, FINITE), checked_number("high", high, FINITE)
+        if not (high - low) / spacing < MAX_NODES:
+            raise ValueError(
+                f"correlation_length = {self.correlation_length!r} is out of range: must be > "
+                f"{(high - low) * NODES / MAX_NODES:.4g}, as a run may be {high - low:.4g} m long"
+            )
+        first, last = math.floor(low / spacing), math.ceil(high / spacing)
+        blocks = range(first // BLOCK - 1, last // BLOCK + 1)
+        # Sensors draw from these keys too, at other counters.
+        keys = (np.array([int(self.seed), block % 2**64], np.uint64) for block in blocks)
+        streams = (np.random.Philox(key=key, counter=[0, 0, 0, 1]) for key in keys)
+        drawn = np.array([np.random.Generator(one).standard_normal(BLOCK) for one in streams])
+        # x_k = rho x_(k-1) + sqrt(1 - rho^2) n_k, from zero at the start of the block before
+        rho, pairs = math.exp(-1.0 / NODES), np.hstack([drawn[:-1], drawn[1:]])
+        weights = rho ** -np.arange(2.0 * BLOCK)
+        process = np.cumsum(math.sqrt(1.0 - rho**2) * weights * pairs, axis=1) / weights
+        skipped = first % BLOCK
+        kept = process[:, BLOCK:].ravel()[skipped : skipped + last - first + 1]
+        factor = self.median * np.exp(self.standard_deviation * kept)
+        return Profile(spacing * np.arange(first, last + 1), factor)  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Track:
     """Factors on both friction coefficients and on the initial slope of the creep force; grades.
@@ -258,6 +346,8 @@ class Track:
         Factor under the right wheel over distance [m] [1]. Default: as on the left.
     friction_over_time : Profile, optional
         Further factor for both wheels over time [s], for sand or rain [1].
+    varied : Profile, optional
+        Further factor for both wheels over distance [m], without jumps, such as a `Variation` [1].
     slope : Profile, optional
         Factor on the initial slope of the creep force under both wheels over distance [m] [1]. A
         wet rail has 0.29 times the slope of a dry one [1]_. The saturation creepage is divided by
@@ -324,6 +414,7 @@ class Track:
     friction_left: Profile = UNCHANGED
     friction_right: Profile | None = None
     friction_over_time: Profile = UNCHANGED
+    varied: Profile = UNCHANGED
     slope: Profile = UNCHANGED
     grade: Profile = LEVEL
     speed_limit: Profile | None = None
@@ -336,6 +427,7 @@ class Track:
     def __post_init__(self) -> None:
         checked("Track.friction_left", self.friction_left.value, POSITIVE)
         checked("Track.friction_over_time", self.friction_over_time.value, POSITIVE)
+        checked("Track.varied", self.varied.value, POSITIVE)
         if self.friction_right is not None:
             checked("Track.friction_right", self.friction_right.value, POSITIVE)
         checked("Track.slope", self.slope.value, POSITIVE)
@@ -458,7 +550,7 @@ class Track:
             friction_right=None if right is None else _scaled(right, 1.0 / kinetic),
         )
 
-    @property
+    @cached_property
     def sides(self) -> tuple[Profile, Profile]:
         """Factor under the left and under the right wheel.
 
@@ -472,11 +564,15 @@ class Track:
             raise ValueError(
                 f"Track.unit = {self.unit!r} must be 'factor' here: {gives} gives such a track"
             )
-        return self._rails
+        return self.given
 
     @property
-    def _rails(self) -> tuple[Profile, Profile]:
-        return self.friction_left, self.friction_right or self.friction_left
+    def given(self) -> tuple[Profile, Profile]:
+        """Friction under the left and the right wheel in the track's unit, with its variation."""
+        left, right = self.friction_left, self.friction_right
+        if self.varied != UNCHANGED:
+            left, right = left.times(self.varied), right and right.times(self.varied)
+        return left, right or left
 
     def warning(self, low: float, high: float) -> str | None:
         """Sentence on a run that leaves its map, or is nowhere near its breakpoints; else None.
@@ -568,6 +664,6 @@ class Track:
     @cached_property
     def native(self) -> NativeTrack:
         """The profiles for the kernel."""
-        sides = self.sides if self.peaks is None else self._rails
+        sides = self.sides if self.peaks is None else self.given
         profiles = (*sides, self.friction_over_time, self.slope, self.grade)
         return NativeTrack(tuple((p.at, p.value) for p in profiles), self.peaks)

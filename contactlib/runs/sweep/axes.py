@@ -27,7 +27,7 @@ from contactlib.traction.interface import Controller
 PATH = re.compile(r"([A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)+)(?:\[([0-9]+)\])?")
 EXAMPLES = "vehicle.wheelset.inertia, track.friction[1] or controllers.creep_pi.reference"
 # Names that a dataset uses itself, and the names of dimensions of strings in its file.
-TAKEN = re.compile(r"controller|run|failed|string\d+")
+TAKEN = re.compile(r"controller|run|draw|failed|string\d+")
 # Keys that define the values of an axis of a grid (True) and of a random sample (False).
 WAYS: dict[bool, tuple[Callable[..., Spread], ...]] = {
     True: (values_of, points),
@@ -247,12 +247,13 @@ def read_axis(
 ) -> Axis:
     """Read an axis of a sweep file; a ValueError names the key, path, unit or value."""
     table = subsection("it", section)
+    grid = grid and "distribution" not in table  # a drawn axis of a grid
     common, (one_by_one, spaced), (_, other) = declared(AxisKeys), WAYS[grid], WAYS[not grid]
     known = [*common, *declared(one_by_one), *declared(spaced)]
     for key in [key for key in table if key in declared(other) and key not in known]:
         raise ValueError(
-            f"{key} is for {'random samples' if grid else 'a grid'}, and this sweep is of "
-            f"{'a grid' if grid else 'random samples'}: see sampling.kind"
+            f"{key} is for {'random samples' if grid else 'a grid'}, and this axis is of "
+            f"{'a grid' if grid else 'random samples'}: see sampling.kind and distribution"
         )
     check_keys("", table, known, [])
     given = [key for key in ("parameter", "factor_on") if key in table]
@@ -304,7 +305,7 @@ def read_axes(
             raise ValueError(
                 f"axes.{name!r} is not a name for an axis: it must have 1 to 64 ASCII letters, "
                 "digits or _, begin with a letter, and not be the name of an outcome or one of the "
-                "results': controller, run, failed, string1, string2, ..."
+                "results': controller, run, draw, failed, string1, string2, ..."
             )
         with in_file(f"axes.{name}"):
             axis = read_axis(name, section, contents, controllers, grid=grid)

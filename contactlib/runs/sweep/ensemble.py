@@ -42,6 +42,7 @@ from contactlib.vehicle.track import OFF_MAP
 if TYPE_CHECKING:
     from xarray import Dataset
 
+RUN, DRAW = "run", "draw"
 WHEELSET = "wheelset"  # column of outcomes of the analysis, for which no controller runs
 # A chunk of a few runs costs as much as a chunk of one, and 2048 runs take less than 100 MB. A core
 # does 15 000 simulated seconds per second; the longest chunk (simulated time, s) limits the work
@@ -53,30 +54,31 @@ CHUNKS_EACH, ANALYSES_EACH = 2, 8  # chunks for each worker, to balance the load
 def make_dataset(sweep: Sweep, results: FloatArray, digest: str) -> Dataset:
     """Make the dataset of the results of all runs, in the rows of `Plan.rows`.
 
-    The dimensions of a grid are the axes in the order of the file, that of a sample is ``run``;
+    The dimensions of a grid are the axes in the order of the file, then ``draw`` if any axis has a
+    distribution; ``run`` is the index of the run. That of a sample is ``run``;
     outcomes of runs have ``controller`` before them. ``failed`` is one where a run's parameters do
     not give a valid scenario or the run could not be done; there the outcomes are nan.
     """
     xarray = optional_library("xarray")
 
     plan, grid = sweep.plan, sweep.kind == "grid"
-    dims = tuple(axis.name for axis in plan.axes) if grid else ("run",)
+    gridded = [axis.name for axis in plan.axes if grid and axis.spread.kind == "values"]
+    drawn = [DRAW] if plan.draws else [] if grid else [RUN]
+    dims = (*gridded, *drawn)
     coords: dict[str, Any] = {}
     if plan.controllers:
         names = np.array(list(plan.controllers))
         coords["controller"] = ("controller", names, {"long_name": "controller"})
-    if not grid:
+    if drawn:
         described = {"units": "1", "long_name": "index of the run"}
-        coords["run"] = ("run", np.arange(sweep.runs, dtype=np.int32), described)
+        coords[RUN] = (dims, np.arange(sweep.runs, dtype=np.int32).reshape(sweep.shape), described)
     for axis, column in zip(plan.axes, sweep.values.T, strict=True):
         described = {"units": axis.unit, "long_name": axis.label}
         if axis.percent:
             described["display_units"] = "%"
-        if grid:
-            place = tuple(slice(None) if dim == axis.name else 0 for dim in dims)
-            coords[axis.name] = (axis.name, column.reshape(sweep.shape)[place], described)
-        else:
-            coords[axis.name] = ("run", column, described)
+        along = [axis.name] if axis.name in gridded else drawn
+        place = tuple(slice(None) if [dim] == along else 0 for dim in dims)
+        coords[axis.name] = (along, column.reshape(sweep.shape)[place], described)
     what = "run could not be done" if plan.controllers else "parameters are not valid"
     attributes = {
         **{name: SWEEP_OUTCOMES[name].attributes for name in plan.outcomes},
@@ -112,7 +114,7 @@ def _attributes(sweep: Sweep, digest: str) -> dict[str, Any]:
         "title": sweep.name,
         "source": sweep.source,
         "sampling": sweep.kind,
-        **({} if sweep.kind == "grid" else {"seed": float(sweep.seed)}),
+        **({"seed": float(sweep.seed)} if sweep.plan.draws or sweep.kind != "grid" else {}),
         "step": "default" if plan.step is None else plan.step,
         "tolerance": plan.tolerance,
         "redesign": str(redesign).lower(),  # NetCDF has no booleans
@@ -172,8 +174,7 @@ def _first_failure(sweep: Sweep, failed: NDArray[np.bool_]) -> Iterator[str]:
         if plan.controllers:
             name = list(plan.controllers)[controller]
             where += f" under {name}"
-            index, step = plan.index_of(run), plan.step_of(scenario)
-            run_scenario(scenario, name, index=index, step=step, tolerance=plan.tolerance)
+            run_scenario(scenario, name, **plan.settings_of(run, scenario))
     except (ValueError, RuntimeError) as error:
         yield f"{where}: {error}"
     else:
@@ -369,7 +370,8 @@ def default_chunk(sweep: Sweep, workers: int) -> int:
     if not sweep.plan.controllers:  # analyses run one after the other
         return min(MAX_CHUNK, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
     shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
-    limit = min(MAX_CHUNK, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
+    side_by_side = MAX_CHUNK // sweep.scenario.axles  # axles are stepped side by side
+    limit = min(side_by_side, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
     return max(MIN_CHUNK, min(limit, shared))
 
 
@@ -379,13 +381,8 @@ def _check_plausible_map(sweep: Sweep) -> None:
     with suppress(*known):
         scenario = ScenarioBuilder(plan).build(sweep.values[0].tolist())
         for controller in [*plan.controllers][:1] if scenario.track.survey.map else ():
-            run_many(
-                [scenario],
-                controller,
-                index=[plan.index_of(0)],
-                step=plan.step_of(scenario),
-                tolerance=plan.tolerance,
-            )
+            settings = plan.settings_of(0, scenario)
+            run_many([scenario], controller, **settings | {"index": [settings["index"]]})
 
 
 def _run(

@@ -170,6 +170,7 @@ def run_chunk(
             index=[plan.index_of(first + i) for i in range(n)],
             step=[plan.step_of(scenario) for scenario in filled],
             tolerance=plan.tolerance,
+            until_stop=plan.until_stop,
             progress=go_on_or_stop,
         )
         failed[j] = np.maximum(failed[j], by_name.pop(FAILED))

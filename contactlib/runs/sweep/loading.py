@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from collections.abc import Callable, Collection, Mapping
@@ -55,7 +56,7 @@ from contactlib.runs.sweep.plan import (
     law_tables,
     table_axes,
 )
-from contactlib.runs.sweep.sampling import draw, extreme_runs
+from contactlib.runs.sweep.sampling import draw, extreme_runs, grid_shape
 from contactlib.traction import CONTROLLERS
 from contactlib.traction.interface import Controller, checked_controller
 
@@ -87,6 +88,8 @@ KEYS = {
     **{key: OF_SWEEP[key] for key in ("name", "source")},
     **declared(Source),
     "outcomes": OF_PLAN["outcomes"],
+    "until_stop": OF_PLAN["until_stop"],
+    "limit": OF_SWEEP["limit"],
     **{key: replace(OF_PLAN[key], default=None) for key in ("noise", "step")},
     "tolerance": replace(OF_PLAN["tolerance"], default=DEFAULT_TOLERANCE),
 }
@@ -174,6 +177,15 @@ def _build_sweep(
         if not given.get("redesign"):
             controllers = {name: scenario.controller(name) for name in chosen}
         axes = read_axes(data["axes"], contents, controllers, grid=grid)
+        drawn = [axis.name for axis in axes if axis.spread.kind != "values"]
+        if grid and bool(drawn) != bool(sampling["runs"]):
+            raise ValueError(
+                f"axes.{drawn[0]} has a distribution: a grid needs sampling.runs, the number of "
+                "draws at each of its points, and sampling.seed"
+                if drawn
+                else f"sampling.runs = {sampling['runs']} is on a grid the number of draws of axes "
+                "with a distribution, and none has one"
+            )
         values = draw([axis.spread for axis in axes], **sampling)
         for axis, column in zip(axes, values.T, strict=True):
             mistakes.of(axis.check, np.unique(column))
@@ -185,15 +197,23 @@ def _build_sweep(
         controllers=controllers,
         outcomes=outcomes,
         # Common noise keeps maps free of speckle.
-        noise=given.get("noise") or ("common" if grid else "independent"),
+        noise=given.get("noise") or ("common" if grid and not drawn else "independent"),
         step=given.get("step"),
         tolerance=given.get("tolerance", DEFAULT_TOLERANCE),
         table_axes=table_axes(axes, contents),
         tables={},
+        until_stop=given.get("until_stop", False),
+        draws=sampling["runs"] if grid else 0,
     )
     plan = replace(plan, tables=law_tables(plan, values, wheelset.element.table, progress))
     described = data["name"], data["source"], file.stem, content
-    sweep = Sweep(*described, sampling["kind"], sampling["seed"], scenario, plan, values)
+    kind, seed, limit = sampling["kind"], sampling["seed"], given.get("limit", ())
+    points = grid_shape(plan.spreads) if grid else ()
+    if len(limit) not in (known := {0, 1, *points[:1], math.prod(points)}):
+        raise ValueError(
+            f"limit has {len(limit)} entries: it must have {' or '.join(map(str, sorted(known)))}"
+        )
+    sweep = Sweep(*described, kind, seed, scenario, plan, values, limit)
     _check_ends(sweep)
     return sweep
 
@@ -250,8 +270,8 @@ def _sampling(section: object) -> dict[str, Any]:
     """Kind, number of runs and seed."""
     keys = declared(draw)
     given = {"kind": keys["kind"].default, **read_section("sampling", keys, section)}
-    needed = [] if given["kind"] == "grid" else ["runs", "seed"]
-    check_keys("sampling.", given, ["kind", *needed], needed)
+    drawn = given["kind"] != "grid" or "runs" in given or "seed" in given
+    check_keys("sampling.", given, ["kind", "runs", "seed"], ["runs", "seed"] if drawn else [])
     return {**given, **{key: int(given.get(key, 0)) for key in ("runs", "seed")}}
 
 

@@ -34,6 +34,7 @@ from contactlib.traction.interface import Controller
 from contactlib.vehicle.wheelset import Wheelset
 
 PLACEHOLDER = {"open_loop": OpenLoop()}  # for scenarios that are only analysed
+DIGESTED = "outcomes", "noise", "step", "tolerance", "until_stop"
 MAX_TABLES = 64  # building a cohesive one takes several seconds
 
 
@@ -61,8 +62,8 @@ class Plan:
         Outcomes to report, from the tables below.
     noise : str
         ``common`` if all runs have the sensors' noise of index 0 of their seed, so that they differ
-        by their parameters alone, ``independent`` if each has the noise of its index. A file's
-        default: common on a grid.
+        by their parameters alone, ``independent`` if each has the noise of its index, or of its
+        draw on a grid. A file's default: common on a grid without draws.
     step : float or None
         Longest time between rows [s]. Default: 10 ms, or less: a twentieth of the axle's vibration
         period, a tenth of the shortest period of the dynamic load. It is shortened to a fraction
@@ -74,6 +75,10 @@ class Plan:
         Axes on which the law's table depends.
     tables : dict
         The law's table by the values of those axes.
+    until_stop : bool, optional
+        Whether a run ends when its vehicle has stopped, as for `contactlib.run_many`.
+    draws : int
+        Number of draws at each point of a grid; 0 of any other sweep.
     made_with : str
         Version of contactlib, and digest of the kernel's sources, in words.
     metrics : mapping
@@ -91,6 +96,8 @@ class Plan:
     tolerance: Annotated[float, TOLERANCE]
     table_axes: tuple[int, ...]
     tables: dict[tuple[float, ...], bytes]
+    until_stop: bool = False
+    draws: int = 0
     made_with: str = dataclasses.field(default_factory=this_contactlib)
     metrics: Mapping[str, Metric] = dataclasses.field(default_factory=dict)
     key: str | None = None
@@ -102,7 +109,7 @@ class Plan:
 
     def index_of(self, run: int) -> int:
         """Index of a run's noise, for `contactlib.run_scenario`."""
-        return 0 if self.noise == "common" else run
+        return 0 if self.noise == "common" else run % self.draws if self.draws else run
 
     def step_of(self, scenario: Scenario) -> float:
         """Time between the rows of a run [s], for `contactlib.run_scenario`.
@@ -112,6 +119,15 @@ class Plan:
         longest = default_step(scenario, LONGEST_STEP) if self.step is None else self.step
         times = [scenario.controller(name).sample_time for name in self.controllers]
         return common_step(longest, times)
+
+    def settings_of(self, run: int, scenario: Scenario) -> dict[str, Any]:
+        """Keyword arguments with which `contactlib.run_scenario` repeats a run to the last bit."""
+        return {
+            "index": self.index_of(run),
+            "step": self.step_of(scenario),
+            "tolerance": self.tolerance,
+            "until_stop": self.until_stop,
+        }
 
     def check_machine(self) -> None:
         """Raise a RuntimeError if this is not the contactlib that made the plan."""
@@ -143,7 +159,7 @@ class Plan:
             **{f"axis {axis.name}": (axis.factor, axis.targets, axis.spread) for axis in self.axes},
             "controllers": list(self.controllers),
             "tables": sorted(self.tables.items()),
-            **{name: getattr(self, name) for name in ("outcomes", "noise", "step", "tolerance")},
+            **{name: getattr(self, name) for name in DIGESTED},
             **{
                 f"controller {name}": self._identity(controller)
                 for name, controller in self.controllers.items()
@@ -272,6 +288,9 @@ class Sweep:
         Everything that the runs have in common.
     values : ndarray
         Values of the axes in each run, shape (runs, axes), in SI units.
+    limit : tuple of float, optional
+        Stopping distance that no stop should exceed [m]: one for all, for each value of the first
+        axis or for each point of the grid. `contactlib stops` gives the share that does.
     """
 
     name: str
@@ -283,6 +302,7 @@ class Sweep:
     scenario: Scenario
     plan: Plan
     values: FloatArray
+    limit: Annotated[tuple[float, ...], Quantity("m", above=0.0)] = ()
 
     def __post_init__(self) -> None:
         for name, controller in self.scenario.controllers.items():
@@ -299,8 +319,8 @@ class Sweep:
     def scenario_of(self, run: int) -> Scenario:
         """Build the scenario of a run, with its controllers in the sweep.
 
-        `contactlib.run_scenario` repeats the run with ``index=sweep.plan.index_of(run)``,
-        ``step=sweep.plan.step_of(scenario)`` and ``tolerance=sweep.plan.tolerance``.
+        `contactlib.run_scenario` repeats the run under one of them with
+        ``**sweep.plan.settings_of(run, scenario)``.
 
         Raises
         ------
@@ -322,8 +342,10 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the outcomes: that of the grid, or the number of runs."""
-        return grid_shape(self.plan.spreads) if self.kind == "grid" else (self.runs,)
+        """Shape of the outcomes: that of the grid, with its draws last, or the number of runs."""
+        if self.kind != "grid":
+            return (self.runs,)
+        return (*grid_shape(self.plan.spreads), *([self.plan.draws] if self.plan.draws else []))
 
     @property
     def simulated_time(self) -> float:
@@ -339,8 +361,8 @@ class Sweep:
     @property
     def summary(self) -> str:
         """Number and duration of the runs, in words."""
-        names = ", ".join(self.plan.controllers)
-        what = f" of {self.scenario.duration:g} s under each of {names}" if names else ""
+        names, runs = ", ".join(self.plan.controllers), self.runs * len(self.plan.controllers)
+        what = f" of {self.simulated_time / runs:g} s under each of {names}" if names else ""
         return f"{self.runs} runs{what}"
 
     def describe(self, run: int) -> str:

@@ -1,4 +1,4 @@
-"""Values of the axes in each run: a grid, a Latin hypercube or independent draws.
+"""Values of the axes in each run: a grid, also with draws at each point, or a random sample.
 
 The whole sample is drawn at once from the seed, so it does not depend on the division into chunks.
 """
@@ -144,8 +144,8 @@ def sample(
 
 
 def grid_shape(spreads: Sequence[Spread]) -> tuple[int, ...]:
-    """Number of points along each axis of a grid."""
-    return tuple(len(spread.numbers) for spread in spreads)
+    """Number of points along each axis of a grid; those with a distribution have none."""
+    return tuple(len(spread.numbers) for spread in spreads if spread.kind == "values")
 
 
 def draw(
@@ -159,18 +159,19 @@ def draw(
     Parameters
     ----------
     spreads : sequence of Spread
-        Distribution of each axis; on a grid each is of values.
+        Distribution of each axis; those of values make a grid.
     kind : str
         How the runs cover the axes.
     runs : int
-        Number of samples; not of a grid.
+        Number of samples; on a grid, which needs them if any axis has a distribution, the number of
+        independent draws at each of its points, which are the same at every point.
     seed : int
-        Seed of the random numbers; not of a grid.
+        Seed of the random numbers.
 
     Returns
     -------
     ndarray
-        Values, shape (runs, axes). On a grid the last axis varies fastest.
+        Values, shape (runs, axes). On a grid the last axis varies fastest, or the draws do.
 
     Raises
     ------
@@ -178,11 +179,19 @@ def draw(
         If a grid has too many points.
     """
     if kind == "grid":
-        runs = math.prod(grid_shape(spreads))
-        if runs > MAX_RUNS:
-            raise ValueError(f"the grid has {runs} points: at most {MAX_RUNS}")
-        grid = np.meshgrid(*(spread.numbers for spread in spreads), indexing="ij")
-        return np.stack(grid, axis=-1).reshape(runs, len(spreads))
+        fixed = np.array([spread.kind == "values" for spread in spreads])
+        points, each = math.prod(grid_shape(spreads)), 1 if fixed.all() else runs
+        if points * each > MAX_RUNS:
+            raise ValueError(f"the grid has {points * each} points: at most {MAX_RUNS}")
+        values = np.empty((points, each, len(spreads)))
+        grid = np.meshgrid(*(s.numbers for s in spreads if s.kind == "values"), indexing="ij")
+        for place, column in zip(np.flatnonzero(fixed), grid, strict=True):
+            values[:, :, place] = column.reshape(points, 1)
+        places = np.flatnonzero(~fixed)
+        parts = np.random.default_rng(seed).random((each, places.size))
+        for place, u in zip(places, parts.T, strict=True):
+            values[:, :, place] = spreads[place].at(u)
+        return values.reshape(points * each, len(spreads))
     from scipy.stats import qmc
 
     rng = np.random.default_rng(seed)
@@ -195,9 +204,13 @@ def draw(
 def extreme_runs(
     kind: str, spreads: Sequence[Spread], values: FloatArray, limit: int = 256
 ) -> list[int]:
-    """Runs at the ends of the axes: at most `limit` corners of a grid, or a sample's extremes."""
+    """Runs at the ends of the axes: corners of a grid, at most `limit`, and a sample's extremes."""
     if kind != "grid":
         return sorted({int(i) for i in (*values.argmin(axis=0), *values.argmax(axis=0))})
     shape = grid_shape(spreads)
     corners = islice(product(*({0, n - 1} for n in shape)), limit)
-    return sorted(int(np.ravel_multi_index(corner, shape)) for corner in corners)
+    points = [int(np.ravel_multi_index(corner, shape)) if shape else 0 for corner in corners]
+    each = len(values) // math.prod(shape)
+    first = values[:each]
+    draws = {int(i) for i in (*first.argmin(axis=0), *first.argmax(axis=0))}
+    return sorted(point * each + draw for point, draw in product(points, draws))[:limit]
