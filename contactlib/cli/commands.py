@@ -352,9 +352,12 @@ def stops(
     from contactlib.figures import save_pictures, stopping_distances
 
     with reporter.step("Drawing"):
-        save_pictures(stopping_distances(loaded, found), folder, "stops", formats)
-    csv = f"{sweeps.results_path(loaded, folder).stem}.csv"
-    reporter.line(f"The summary is in {folder / 'summary.txt'}, each stop in {csv} beside it")
+        figure, name = stopping_distances(loaded, found), f"{loaded.stem}.distances"
+        save_pictures(figure, folder, name, formats)
+    reporter.line(
+        f"The summary is in {folder / loaded.stem}.summary.txt, each stop in {loaded.stem}.csv, a "
+        "figure beside it"
+    )
 
 
 @main.command()

@@ -51,7 +51,7 @@ __all__ = ["draw_maps", "map_figure"]
 
 Handles = dict[str, Artist]  # of the legend, by their text
 
-CONTROLLER, RUN, FAILED = "controller", "run", "failed"
+CONTROLLER, RUN, DRAW, FAILED = "controller", "run", "draw", "failed"
 OFF = SWEEP_OUTCOMES[MISJUDGED].yes_or_no[0]  # type: ignore[index]
 FEW = 4  # a parameter with fewer values gives lines or panels, not an axis of a map
 PANELS = 3  # maximum number of values of a parameter that has a panel for each
@@ -117,9 +117,10 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     ----------
     dataset : xarray.Dataset
         Outcomes over the axes of a grid, or over ``run`` with the sampled parameters as
-        coordinates; outcomes of runs also have the dimension ``controller``. Outcomes and
-        coordinates have ``units`` and ``long_name``. A variable ``failed`` is not zero where a run
-        failed. The attributes ``title`` and ``source`` go into title and caption.
+        coordinates; outcomes of runs also have the dimension ``controller``. Of the draws at the
+        points of a grid, along ``draw``, the median is drawn. Outcomes and coordinates have
+        ``units`` and ``long_name``. A variable ``failed`` is not zero where a run failed. The
+        attributes ``title`` and ``source`` go into title and caption.
     outcome : str
         Name of a variable of the dataset.
 
@@ -138,6 +139,7 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     if outcome not in dataset.data_vars or not dataset[outcome].dims:
         known = [str(name) for name, values in dataset.data_vars.items() if values.dims]
         raise ValueError(f"outcome = {outcome!r} must be one of: {', '.join(known)}")
+    dataset = _without_draws(dataset)
     data, sweep = _readable(dataset, outcome), _plain(dataset.attrs.get("title", ""))
     name = str(data[outcome].attrs["long_name"])
     title = f"{name[:1].upper()}{name[1:]}{': ' if sweep else ''}{sweep}"
@@ -146,6 +148,23 @@ def map_figure(dataset: Dataset, outcome: str) -> Figure:
     figure, handles, note = draw(data, outcome, SWEEP_OUTCOMES.get(outcome, Outcome("1", "")))
     _frame(figure, title, handles, _sentences(*map(_plain, about), note))
     return figure
+
+
+def _without_draws(dataset: Dataset) -> Dataset:
+    """Medians of the draws at the points of a grid; of a single point the draws as a sample."""
+    if DRAW not in dataset.dims:
+        return dataset
+    plain = dataset.drop_vars(RUN)
+    points = {
+        str(name): size for name, size in plain.sizes.items() if name not in (CONTROLLER, DRAW)
+    }
+    if max(points.values(), default=1) == 1:
+        return plain.isel(dict.fromkeys(points, 0), drop=True).rename({DRAW: RUN})
+    medians = plain.median(DRAW, keep_attrs=True)
+    for name, values in medians.data_vars.items():
+        if DRAW in plain[name].dims:
+            values.attrs["long_name"] = f"median of the {values.attrs.get('long_name', name)}"
+    return medians.assign({FAILED: plain[FAILED].max(DRAW)})
 
 
 def _looks() -> Cycler[str, Any]:

@@ -12,14 +12,14 @@ from matplotlib.lines import Line2D
 
 from contactlib.figures.maps import Handles, _frame, _plain, _sentences
 from contactlib.figures.scenario import run_name
-from contactlib.figures.style import DASHED, new_figure, paint, sized, styled
+from contactlib.figures.style import DASHED, new_figure, paint, sized, styled, wrapped
 from contactlib.runs.stops import CONFIDENCE, Stop, quantile
 from contactlib.runs.sweep import Sweep
 
 PROMISED = 0.95  # of the stops are shorter than the quantile that is drawn
 READING = (
-    "A point for each stop; the horizontal bar is the {confidence:.0%} confidence interval of the "
-    "quantile, by order statistics. Bars and arrows that leave the panel have an unknown end"
+    f"Bars: {100.0 * CONFIDENCE:g} % confidence intervals of the quantiles, by order statistics. "
+    "An arrow marks an unknown end"
 )
 
 
@@ -37,6 +37,8 @@ def stopping_distances(sweep: Sweep, stops: Sequence[Stop]) -> Figure:
     panels = [(name, [*group]) for name, group in groupby(ordered, _panel)]
     columns = 2 if len(panels) in (2, 4) else min(len(panels), 3)
     rows = -(-len(panels) // columns)
+    labels = {axis.name: _plain(axis.label) for axis in sweep.plan.axes}
+    label = [labels[name] for name in stops[0].conditions]
     several = len({stop.controller for stop in stops}) > 1
     with styled({"lines.markersize": 4.5}):
         high = max(1.6, 0.42 * max(len(group) for _, group in panels) + 0.9)
@@ -48,17 +50,18 @@ def stopping_distances(sweep: Sweep, stops: Sequence[Stop]) -> Figure:
                 continue
             name, group = panels[number]
             handles |= _panel_of(axes, group, labels=number % columns == 0, several=several)
-            axes.set_title(name.replace("_", " "), fontsize=sized(10))
+            axes.set_title(" ".join([*label[:1], name]), fontsize=sized(10))
+            if number % columns == 0:
+                axes.set_ylabel(wrapped(", ".join(label[1:]), 30))
             if number + columns >= len(panels):
                 axes.set_xlabel("stopping distance [m]")
-    reading = READING.format(confidence=CONFIDENCE)
-    _frame(figure, _plain(sweep.name), handles, _sentences(_plain(sweep.source), reading))
+    _frame(figure, _plain(sweep.name), handles, _sentences(_plain(sweep.source), READING))
     return figure
 
 
 def _panel(stop: Stop) -> str:
     """Title of the panel of a stop: the value of the catalogue's first axis."""
-    return next((f"{name} {value}" for name, value in stop.conditions.items()), "")
+    return next(iter(stop.conditions.values()), "")
 
 
 def _first(stops: Sequence[Stop], stop: Stop) -> int:
@@ -73,13 +76,17 @@ def _panel_of(axes: Axes, group: Sequence[Stop], *, labels: bool, several: bool)
     end = high + 0.06 * (high - low or high)
     for row, stop in enumerate(group):
         shift = 0.22 * (2.0 * (np.arange(stop.distance.size) * 0.618034 % 1.0) - 1.0)  # spread
-        points = {"color": paint.blue, "ls": "none", "marker": "o", "ms": 2.5, "mew": 0.0}
-        axes.plot(stop.distance, row + shift, alpha=0.45, rasterized=shift.size > 300, **points)
+        points = {"color": paint.blue, "ls": "none", "marker": "o", "ms": 3.0, "mew": 0.0}
+        axes.plot(stop.distance, row + shift, alpha=0.6, rasterized=shift.size > 300, **points)
         handles["one stop"] = Line2D([], [], label="one stop", **points | {"ms": 4.0})
         median, promised = quantile(stop.distance, 0.5), quantile(stop.distance, PROMISED)
         for name, found, look in (
             ("median", median, {"color": paint.ink, "marker": "|", "ms": 13, "mew": 2.0}),
-            (f"{PROMISED:.0%} quantile", promised, {"color": paint.orange, "marker": "D", "ms": 5}),
+            (
+                f"{100.0 * PROMISED:g} % quantile",
+                promised,
+                {"color": paint.orange, "marker": "D", "ms": 5},
+            ),
         ):
             bar = max(found.low, low), min(found.high, end)
             axes.plot(bar, (row, row), color=look["color"], lw=1.8, solid_capstyle="butt")
@@ -102,5 +109,5 @@ def _panel_of(axes: Axes, group: Sequence[Stop], *, labels: bool, several: bool)
 
 
 def _row(stop: Stop, several: bool) -> str:
-    rest = [f"{name} {value}".replace("_", " ") for name, value in [*stop.conditions.items()][1:]]
-    return "\n".join([*rest, *([run_name(stop.controller)] if several else [])])
+    rest = ", ".join([*stop.conditions.values()][1:])
+    return "\n".join(filter(None, [rest, run_name(stop.controller) if several else ""]))

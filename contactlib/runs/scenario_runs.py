@@ -197,7 +197,7 @@ def run_scenario(
     for warning in (
         scenario.rails.warning(float(distance.min()), float(distance.max())),
         scenario.drivetrain.wheelset.element.warning(load),
-        *runs.creeping,
+        *(runs.creeping if stop.last[0] < 0 else ()),
     ):
         if warning:
             warn(warning)

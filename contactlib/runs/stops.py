@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from contactlib.base.quantities import Limits, checked_number
 from contactlib.base.text import fixed_width
-from contactlib.base.units import STANDARD_GRAVITY, in_si
+from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder, write_whole
 from contactlib.files.reading import loading, model_path, referred_files
 from contactlib.files.scenario import (
@@ -62,7 +62,7 @@ source = "scenario: {file}; ranges chosen"
 scenario = "{file}"
 controllers = [{controller}]
 outcomes = ["stopping_distance", "locked_axles"{air}]
-until_stop = true
+until_stop = true    # a run ends when the vehicle has stopped
 # limit = [{limits}]    # distance for each speed that no stop should exceed, in m
 
 [sampling]
@@ -275,7 +275,7 @@ def _mean_and_largest(name: str, values: Any) -> str:
 
 
 def write_summary(folder: str | os.PathLike[str], sweep: Sweep, stops: Sequence[Stop]) -> str:
-    """Write summary.txt and summary.csv, with numbers to full precision; return the text."""
+    """Write NAME.summary.txt, and .csv with numbers to full precision; return the text."""
     text, lines = summary_text(sweep, stops), io.StringIO()
     table = [*stops[0].conditions, "controller", "stops", "not_stopped", "failed"]
     ends = ("", "_low", "_high")
@@ -289,8 +289,8 @@ def write_summary(folder: str | os.PathLike[str], sweep: Sweep, stops: Sequence[
         numbers += [stop.limit, *(stop.exceeding or (math.nan,) * 3)]
         numbers += [float(np.nanmean(values)) for values in stop.others.values()]
         writer.writerow([*stop.conditions.values(), stop.controller, *map(repr, numbers)])
-    write_whole(Path(folder) / "summary.txt", f"{text}\n".encode())
-    write_whole(Path(folder) / "summary.csv", lines.getvalue().encode())
+    for suffix, content in (("txt", f"{text}\n"), ("csv", lines.getvalue())):
+        write_whole(Path(folder) / f"{sweep.stem}.summary.{suffix}", content.encode())
     return text
 
 
@@ -339,11 +339,14 @@ def sweep_text(
     file: str, contents: ScenarioContents, scenario: Scenario, draws: int, seed: int
 ) -> str:
     """Text of the default catalogue: four speeds, four rails, and draws of what the file has."""
-    if min(scenario.demand.value) >= 0.0 or scenario.held_speed is not None:
-        raise ValueError("a stop needs a demand that brakes, and a vehicle that is free to stop")
     designs = read_controllers(contents.data["controllers"])
     sampled = [name for name, design in designs.items() if design.kind in CONTROLLERS]
-    chosen = min(sampled, key=lambda name: designs[name].kind != "wsp", default="")
+    if min(scenario.demand.value) >= 0.0 or scenario.held_speed is not None or not sampled:
+        raise ValueError(
+            "a stop needs a demand that brakes, a vehicle that is free to stop, and a sampled "
+            "controller"
+        )
+    chosen = min(sampled, key=lambda name: designs[name].kind != "wsp")
     unit = scenario.speed_unit
     top = scenario.initial_speed / in_si(f"1 {unit}", "m/s")
     speeds = [f"{part * top:.4g} {unit}" for part in SPEEDS]
@@ -387,7 +390,7 @@ def sweep_text(
     for name, label, paths, normal in (
         ("pads", "brake torque / nominal", known(*DEMANDS), (1.0, 0.05, 0.8, 1.2)),
         ("build_up", "build-up time / nominal", known(*BUILD_UP), (1.0, 0.1, 0.7, 1.3)),
-        ("load", "load / nominal", known("vehicle.body_mass"), (1.0, 0.05, 0.85, 1.15)),
+        ("load", "load / nominal", known("vehicle.body_mass"), (1.0, 0.04, 0.9, 1.1)),
         ("diameter", "wheel diameter / nominal", known(*RADII), (0.97, 0.02, 0.93, 1.0)),
     ):
         if paths:
@@ -448,13 +451,12 @@ def _duration(scenario: Scenario) -> tuple[float, str]:
     """Duration for the slowest stop [s], and the reason in words."""
     body, friction = scenario.drivetrain.wheelset, scenario.drivetrain.wheelset.element.friction
     lowest = scenario.rails.lowest[0] * friction.kinetic * min(LEVELS) * LOWEST
-    braked = scenario.shares_of_demand[1].sum()
-    demanded = -min(scenario.demand.value) * braked / body.radius
-    slowest = min(demanded / (scenario.axles * (body.mass or math.inf)), lowest * STANDARD_GRAVITY)
+    force = min(-min(scenario.demand.value) / body.radius, lowest * scenario.static_load)
+    moved = scenario.axles * (body.mass or math.inf)
+    slowest = force * float(scenario.shares_of_demand[1].sum()) / moved
     begin = scenario.demand.at[int(np.argmin(scenario.demand.value))]
     time = 10.0 * math.ceil(0.1 * (begin + 1.5 * abs(scenario.initial_speed) / slowest + 10.0))
     return time, (
         f"# The slowest stop decelerates by {slowest:.2g} m/s2, by the demand or on friction of\n"
-        f"# {lowest:.2g} all the way; half as long again, and 10 s, for what else delays it. A run\n"
-        "# ends when the vehicle has stopped.\n"
+        f"# {lowest:.2g} all the way; half as long again, and 10 s, for what else delays it.\n"
     )

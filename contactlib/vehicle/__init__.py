@@ -7,7 +7,7 @@ from contactlib.vehicle.creep_curve import CreepCurve, Fold, Peak, SteadyStates,
 from contactlib.vehicle.driver import Driver
 from contactlib.vehicle.drivetrain import Axle, Brake, Drivetrain, Motor, Sanding
 from contactlib.vehicle.dynamic_load import DynamicLoad
-from contactlib.vehicle.track import Profile, Track
+from contactlib.vehicle.track import Profile, Track, Variation
 from contactlib.vehicle.vehicle import Vehicle
 from contactlib.vehicle.wheelset import Resistance, Wheelset
 
@@ -30,6 +30,7 @@ __all__ = [
     "SteadyStates",
     "TorqueControl",
     "Track",
+    "Variation",
     "Vehicle",
     "Wheelset",
     "WorstPole",

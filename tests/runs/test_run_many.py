@@ -15,6 +15,7 @@ from own_controller import SlipPI, largest_slip
 import contactlib as cl
 from contactlib.files.scenario import ControllerDesign
 from contactlib.runs import scenario_runs as ensemble_run
+from contactlib.runs.accumulators import STOPPED_SPEED
 from contactlib.runs.outcomes import OUTCOMES
 from contactlib.runs.scenario_runs import DEFAULT_TOLERANCE, FAILED, run_many
 from contactlib.traction import Measurement, OpenLoop, Sensors, ThresholdControl, stacked, structure
@@ -291,3 +292,27 @@ def test_structure_is_all_but_numbers() -> None:
     assert structure(control) != structure(with_torque)
     assert structure(control) != structure(ThresholdControl())
     assert stacked([control, control]) is control
+
+
+def test_a_run_until_its_stop_has_the_outcomes_of_the_rows_until_then() -> None:
+    level = cl.Track(friction_left=cl.Profile.of(0.6))
+    coach = dataclasses.replace(cl.load_scenario("coach_braking.toml"), track=level)
+    some = [
+        dataclasses.replace(coach, initial_speed=v, design_speed=40.0, duration=2.5)
+        for v in (0.8, 1.1, 30.0)
+    ]
+    names = ["stopping_distance", "air_used", "slip_work", "jerk", "recovery_time"]
+    given: dict[str, Any] = {"step": 0.01, "tolerance": DEFAULT_TOLERANCE}
+    ended = run_many(some, "wsp", names, metrics={"end": lambda r: r.time[-1]}, until_stop=True)
+    whole = run_many(some, "wsp", names)
+    assert same(ended["stopping_distance"], whole["stopping_distance"])
+    assert np.isinf(ended["stopping_distance"]).tolist() == [False, False, True]
+    assert ended["failed"].tolist() == [0.0, 0.0, 0.0]
+    assert ended["jerk"][0] != whole["jerk"][0]  # the jerk of the standstill
+    for i, scenario in enumerate(some):
+        run = cl.run_scenario(scenario, "wsp", index=i, until_stop=True, **given)
+        slow = np.abs(run["speed"]) < STOPPED_SPEED
+        assert slow.tolist() == [False] * (slow.size - 1) + [i < 2]
+        assert ended["end"][i] == run.time[-1]
+        again = cl.metrics(run, scenario.drivetrain)
+        assert [ended[name][i] for name in names] == [getattr(again, name) for name in names]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 import contactlib as cl
+from contactlib.vehicle import Track, Variation
 
 PATCH = cl.Profile((50.0, 50.0, 150.0, 150.0), (1.0, 0.5, 0.5, 1.0))
 
@@ -120,3 +122,37 @@ def test_a_run_off_its_map_is_doubted(
     assert text is None or (doubt is not None and text in doubt and "track.start" in doubt)
     level = cl.Track.from_breakpoints(distance=(0.0, 400.0), friction=(0.6, 0.6), **given)
     assert level.warning(low, high) is None
+
+
+@pytest.mark.parametrize("length", [10.0, 23.0])  # and so nodes at other places
+def test_a_variation_is_the_process_that_it_names(length: float) -> None:
+    field = Variation(standard_deviation=0.3, correlation_length=length, median=0.8, seed=5.0)
+    x = np.log(np.array(field.profile(0.0, 2e4 * length).value) / 0.8) / 0.3
+    error = 4.0 / np.sqrt(2e4 / 2.0)  # four standard errors of so many correlation lengths
+    assert abs(x.mean()) < 2.0 * error
+    assert x.std() == pytest.approx(1.0, abs=error)
+    for nodes in (1, 5, 10, 30):  # a tenth of the length apart
+        assert np.mean(x[nodes:] * x[:-nodes]) == pytest.approx(np.exp(-0.1 * nodes), abs=error)
+    seeds = [
+        dataclasses.replace(field, seed=float(seed)).profile(7.0, 9.0)(8.0) for seed in range(999)
+    ]
+    share = (np.array(seeds) < 0.8).mean()
+    assert share == pytest.approx(0.5, abs=2.0 / np.sqrt(999))
+
+
+def test_a_place_has_one_variation_in_runs_of_any_length_start_and_direction() -> None:
+    field = Variation(standard_deviation=0.2, correlation_length=3.0, seed=1.0)
+    scenario = dataclasses.replace(cl.load_scenario("coach_braking.toml"), variation=field)
+    lists: Any = {"distance": (0.0, 90.0, 90.0), "friction": (0.5, 0.5, 0.9)}
+    places = np.linspace(-20.0, 600.0, 301)
+    known = Track.from_breakpoints(**lists).friction_scale(places, 0.0)[:, 0] * field.profile(
+        -30.0, 700.0
+    )(places)
+    for start, direction in ((0.0, "increasing"), (-400.0, "increasing"), (700.0, "decreasing")):
+        track = Track.from_breakpoints(**lists, start=start, direction=direction)
+        there = (places - start) * (1.0 if direction == "increasing" else -1.0)
+        for duration in (20.0, 45.0):
+            rails = dataclasses.replace(scenario, track=track, duration=duration).rails
+            reached = (there > -20.0) & (there < duration * scenario.initial_speed)
+            found = rails.friction_scale(there[reached], 0.0)
+            np.testing.assert_allclose(found, known[reached, None] * [[1.0, 1.0]], rtol=1e-12)

@@ -180,8 +180,8 @@ def _build_sweep(
         drawn = [axis.name for axis in axes if axis.spread.kind != "values"]
         if grid and bool(drawn) != bool(sampling["runs"]):
             raise ValueError(
-                f"axes.{drawn[0]} has a distribution: a grid needs sampling.runs, the number of "
-                "draws at each of its points, and sampling.seed"
+                f"axes.{drawn[0]}: distribution on a grid needs sampling.runs, the number of draws "
+                "at each of its points, and sampling.seed"
                 if drawn
                 else f"sampling.runs = {sampling['runs']} is on a grid the number of draws of axes "
                 "with a distribution, and none has one"

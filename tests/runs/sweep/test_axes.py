@@ -84,7 +84,7 @@ CASES = {
     'parameter = "motor.lag"\nfrom = 0.0\nto = 1.0\ncuont = 2': "did you mean 'count'",
     'paramter = "motor.lag"\nvalues = [1.0]': "did you mean 'parameter'",
     'parameter = "motor.lag"\ndistribution = "uniform"\nfrom = 0.0\nto = 1.0': (
-        "distribution is for random samples, and this sweep is of a grid"
+        "distribution on a grid needs sampling.runs"
     ),
     'parameter = "wheelset_changes.wheelset.inertia"\nvalues = [1.0]': (
         "use vehicle.wheelset.inertia"
@@ -104,7 +104,7 @@ ANY = {  # of a random sample
     'distribution = "whole"\nfrom = 0.5\nto = 2.0': "must be whole numbers",
     "from = 3.0\nto = 2.0": "must be < to",
     "from = 1.0\nto = 2.0\nmean = 1.0": "mean is for a normal distribution, not for 'uniform'",
-    "from = 1.0\nto = 2.0\ncount = 3": "count is for a grid, and this sweep is of random",
+    "from = 1.0\nto = 2.0\ncount = 3": "count is for a grid, and this axis is of random",
 }
 
 

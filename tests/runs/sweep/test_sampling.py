@@ -33,6 +33,19 @@ def test_grid_is_every_combination_with_the_last_axis_fastest() -> None:
         draw([Spread("values", tuple(range(4000)))] * 2, "grid", 0, 0)
 
 
+def test_draws_are_the_same_at_every_point_of_a_grid() -> None:
+    grid = [Spread("values", (0.5, 0.9)), Spread("values", (200.0, 250.0, 300.0))]
+    drawn = [spread for spread, _ in SPREADS[:3]]
+    spreads = [grid[0], *drawn[:2], grid[1], drawn[2]]
+    few, many = (draw(spreads, "grid", runs, 3).reshape(6, runs, 5) for runs in (4, 2000))
+    assert np.array_equal(few, many[:, :4])  # more draws begin with the same
+    assert np.array_equal(many[:, 0][:, [0, 3]], draw(grid))
+    assert (many == many[0])[:, :, [1, 2, 4]].all()
+    for place, (_, law) in zip((1, 2, 4), SPREADS, strict=False):
+        assert stats.kstest(many[0, :, place], law.cdf).pvalue > 1e-3
+    assert np.abs(stats.spearmanr(many[0][:, [1, 2, 4]]).statistic - np.eye(3)).max() < 0.08
+
+
 @pytest.mark.parametrize("runs", [1, 7, 64])
 def test_latin_hypercube_has_one_sample_in_each_stratum(runs: int) -> None:
     spreads = [Spread("uniform", (200.0, 300.0)), Spread("uniform", (2e5, 3e5))]
