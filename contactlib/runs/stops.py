@@ -237,7 +237,7 @@ def summary_text(sweep: Sweep, stops: Sequence[Stop]) -> str:
             over = stop.exceeding
             row += [f"{stop.limit:.4g}", "-"] if over is None else [f"{stop.limit:.4g}", ""]
             if over is not None:
-                row[-1] = _with_interval(Estimate(*(100.0 * x for x in over)), "%", 3)
+                row[-1] = _with_interval(Estimate(*(100.0 * x for x in over)), " %", 3)
         for name, values in stop.others.items():
             row.append(_mean_and_largest(name, values))
         rows.append(row)
@@ -248,9 +248,9 @@ def summary_text(sweep: Sweep, stops: Sequence[Stop]) -> str:
             "",
             fixed_width(rows),
             "",
-            f"Stopping distances in m: quantile ({CONFIDENCE:.0%} confidence interval by order",
-            "statistics). Runs that did not stop within their duration, or failed, count as longer",
-            "than any other; a quantile or an end that falls there is unknown. Shares in %, with",
+            f"Stopping distances in m: quantile ({100.0 * CONFIDENCE:g} % confidence interval by",
+            "order statistics). Runs that did not stop within their duration, or failed, count as",
+            "longer than any other; a quantile or an end that falls there is unknown. Shares have",
             "the interval of Clopper and Pearson; other outcomes: mean (maximum).",
             "",
             f"Repeat stop N of the CSV file's column run, with all signals: contactlib stops "
@@ -269,7 +269,7 @@ def _mean_and_largest(name: str, values: Any) -> str:
     outcome, known = OUTCOMES[name], values[np.isfinite(values)]
     if not known.size:
         return "-"
-    size, unit = (100.0, "%") if outcome.percent or outcome.yes_or_no else (1.0, "")
+    size, unit = (100.0, " %") if outcome.percent or outcome.yes_or_no else (1.0, "")
     mean, largest = (f"{size * x:.3g}{unit}" for x in (known.mean(), known.max()))
     return mean if outcome.yes_or_no else f"{mean} ({largest})"
 

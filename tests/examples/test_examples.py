@@ -15,6 +15,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PRINTED = {
     "creep_curve": "k_hat 0.30: maximum 1.1350 at 1.1316 times",
     "delay": "a delay of 10 ms leaves a gain from 7.00 m/s on",
+    "far_tail": "of the stops are longer than 470 m",
     "fmu": "creep_force  FMU 43484.8, simulate 43484.8",
     "fold": "fold predicted at 27314 N.m, passed at 27325 N.m",
     "lateral_spin": "spin 0.2 1/m: 9633 N along, -4976 N across",
@@ -27,6 +28,8 @@ PRINTED = {
     "wet_patch": "creep_pi       uses  97.6 % while friction limits",
 }
 
+NEEDS = {"far_tail": "openturns", "nmpc": "casadi"}
+
 
 def test_every_example_is_here() -> None:
     assert sorted(path.stem for path in EXAMPLES.glob("*.py")) == sorted(PRINTED)
@@ -37,8 +40,8 @@ def test_every_example_is_here() -> None:
 def test_an_example_keeps_its_promise(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    if name == "nmpc":
-        module("casadi")
+    if name in NEEDS:
+        module(NEEDS[name])
     monkeypatch.chdir(tmp_path)
     path = EXAMPLES / f"{name}.py"
     runpy.run_path(str(path), run_name="__main__")

@@ -425,3 +425,21 @@ def test_unknown_outcomes_are_refused() -> None:
     message = "outcome = 'stabel' must be one of: critical_torque, .*stable"
     with pytest.raises(ValueError, match=message):
         map_figure(analysed(), "stabel")
+
+
+def test_draws_at_the_points_of_a_grid_are_their_median_and_of_one_point_a_sample() -> None:
+    plain, rng = compared(), np.random.default_rng(4)
+    noise = xr.DataArray(rng.normal(size=41), dims="draw", attrs={"units": "1", "long_name": "x"})
+    draws = plain[["slip_work", "failed"]].expand_dims(draw=noise.size, axis=-1).copy(deep=True)
+    draws["slip_work"].values[...] *= np.exp(noise.values)
+    draws = draws.assign_coords(x=noise, run=(("friction", "length", "draw"), np.zeros((7, 6, 41))))
+    (_, *drawn), (_, *known) = (
+        [cells(axes).get_array() for axes in panels(map_figure(data, "slip_work"))]
+        for data in (draws, plain)
+    )
+    factor = np.exp(np.median(noise))
+    for one, other in zip(drawn, known, strict=True):
+        assert_allclose(numbers(one), factor * numbers(other), rtol=1e-12)
+    figure = map_figure(draws.isel(friction=[5], length=[2]), "slip_work")
+    assert "Distribution over 41 runs" in titles(figure)
+    assert "x" in [text.get_text() for text in figure.axes[1].get_yticklabels()]

@@ -221,6 +221,11 @@ def test_a_lock_turns_the_force_over_its_way_into_heat() -> None:
     work, way = (run[name][-1] - run[name][starts, every] for name in ("creep_work", "distance"))
     assert found.locked_work == pytest.approx(work.max(), rel=1e-14)
     assert found.locked_time == pytest.approx(run.time[-1] - run.time[starts.min()], rel=1e-12)
+    lasts = run.time[-1] - run.time[starts]
+    for later in lasts:  # the end of a run in which fewer axles lock
+        part = replace(case, duration=float(case.duration - later))
+        share = cl.run_many([part], "open_loop", ["locked_axles"], step=0.005)["locked_axles"]
+        assert share == np.mean(lasts > later)
     np.testing.assert_allclose(work, -run["creep_force"][-200:].mean(axis=0) * way, rtol=0.02)
 
 

@@ -187,8 +187,8 @@ def draw(
         grid = np.meshgrid(*(s.numbers for s in spreads if s.kind == "values"), indexing="ij")
         for place, column in zip(np.flatnonzero(fixed), grid, strict=True):
             values[:, :, place] = column.reshape(points, 1)
-        places = np.flatnonzero(~fixed)
-        parts = np.random.default_rng(seed).random((each, places.size))
+        places = np.flatnonzero(~fixed).tolist()
+        parts = np.random.default_rng(seed).random((each, len(places)))
         for place, u in zip(places, parts.T, strict=True):
             values[:, :, place] = spreads[place].at(u)
         return values.reshape(points * each, len(spreads))
@@ -209,8 +209,7 @@ def extreme_runs(
         return sorted({int(i) for i in (*values.argmin(axis=0), *values.argmax(axis=0))})
     shape = grid_shape(spreads)
     corners = islice(product(*({0, n - 1} for n in shape)), limit)
-    points = [int(np.ravel_multi_index(corner, shape)) if shape else 0 for corner in corners]
     each = len(values) // math.prod(shape)
-    first = values[:each]
-    draws = {int(i) for i in (*first.argmin(axis=0), *first.argmax(axis=0))}
-    return sorted(point * each + draw for point, draw in product(points, draws))[:limit]
+    points = {each * int(np.ravel_multi_index(corner, shape)) for corner in corners if shape}
+    first = values[:each]  # with all draws
+    return sorted({*points, *map(int, (*first.argmin(axis=0), *first.argmax(axis=0)))})

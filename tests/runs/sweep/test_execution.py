@@ -30,6 +30,11 @@ from contactlib.runs.sweep.ensemble import MIN_CHUNK, default_chunk, read_datase
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 # More runs, so that there is a middle to be killed in.
 LONG = SWEEP.replace("count = 3", "count = 12").replace(', "clearing_time"', "")
+DRAWN = (  # six draws of friction at each of four points, until the stop
+    LONG.replace("count = 12", "count = 2")
+    + '[axes.f]\nfactor_on = "vehicle.friction.kinetic"\ndistribution = "uniform"\nfrom = 0.8\n'
+    "to = 1.0\n[sampling]\nruns = 6\nseed = 2\n"
+).replace("[axes.patch]", "until_stop = true\n[axes.patch]")
 # What is started behind a shell's & inherits an interrupt that is ignored; a user's does not.
 INTERRUPTIBLE = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 COMMAND = "import sys; from contactlib.cli.commands import main; main(sys.argv[1:])"
@@ -104,10 +109,15 @@ def known(path: Path) -> bytes:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("workers", "chunk"), [(1, 1), (2, 5), (2, None)])
-def test_threads_processes_and_chunks_do_not_matter(
-    path: Path, known: bytes, tmp_path: Path, workers: int, chunk: int | None
+@pytest.mark.parametrize("text", [LONG, DRAWN])
+@pytest.mark.parametrize(("workers", "chunk"), [(1, 1), (2, 5), (8, None)])
+def test_threads_processes_chunks_and_stops_do_not_matter(
+    tmp_path: Path, workers: int, chunk: int | None, text: str
 ) -> None:
+    path = write_sweep(tmp_path, text)
+    known = file_of(path, tmp_path / "known", workers=1, chunk=24)
+    stop_in_the_middle(path, tmp_path / "stopped")
+    assert file_of(path, tmp_path / "stopped", chunk=chunk) == known
     assert file_of(path, tmp_path / "threads", workers=workers, chunk=chunk) == known
     with sweeps.process_workers(workers) as pool:
         for name, executor in (("a", pool), ("b", pool.executor)):
