@@ -290,9 +290,6 @@ def sweep(
     help="Draws at each stop, for the catalogue of a scenario.",
 )
 @click.option(
-    "--seed", type=Whole(0), default=1, show_default=True, help="Seed of these draws, likewise."
-)
-@click.option(
     "--repeat",
     type=Whole(0),
     metavar="RUN",
@@ -309,7 +306,6 @@ def sweep(
 def stops(
     file: str,
     draws: int,
-    seed: int,
     repeat: int | None,
     output: Path | None,
     formats: tuple[str, ...],
@@ -331,7 +327,7 @@ def stops(
     folder, reporter = output or Path(f"contactlib-{Path(file).stem}"), ConsoleReporter()
     path: str | Path = file
     if file_kind(file) != "sweep":
-        path = of_stops.write_stops(file, folder, draws, seed)
+        path = of_stops.write_stops(file, folder, draws)
     loaded = with_progress(lambda progress: sweeps.load_sweep(path, progress=progress))
     of_stops.check_stops(loaded)
     if repeat is not None:

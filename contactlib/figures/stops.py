@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +17,7 @@ from contactlib.runs.stops import CONFIDENCE, Stop, quantile
 from contactlib.runs.sweep import Sweep
 
 PROMISED = 0.95  # of the stops are shorter than the quantile that is drawn
+GOLDEN = 0.618034  # spreads points evenly
 READING = (
     f"Bars: {100.0 * CONFIDENCE:g} % confidence intervals of the quantiles, by order statistics. "
     "An arrow marks an unknown end"
@@ -29,85 +30,75 @@ def stopping_distances(sweep: Sweep, stops: Sequence[Stop]) -> Figure:
     Parameters
     ----------
     sweep : Sweep
-        The sweep, for title and source.
+        The sweep, for title, source and names of the axes.
     stops : sequence of Stop
         From `contactlib.runs.stops.stops_of`.
     """
-    ordered = sorted(stops, key=lambda stop: _first(stops, stop))
-    panels = [(name, [*group]) for name, group in groupby(ordered, _panel)]
-    columns = 2 if len(panels) in (2, 4) else min(len(panels), 3)
-    rows = -(-len(panels) // columns)
     labels = {axis.name: _plain(axis.label) for axis in sweep.plan.axes}
-    label = [labels[name] for name in stops[0].conditions]
-    several = len({stop.controller for stop in stops}) > 1
-    with styled({"lines.markersize": 4.5}):
-        high = max(1.6, 0.42 * max(len(group) for _, group in panels) + 0.9)
+    first, *others = [labels.get(name, "") for name in stops[0].conditions] or [""]
+    groups = dict[str, list[Stop]]()
+    for stop in stops:
+        groups.setdefault(next(iter(stop.conditions.values()), ""), []).append(stop)
+    columns = 2 if len(groups) in (2, 4) else min(len(groups), 3)
+    rows = -(-len(groups) // columns)
+    high = max(1.6, 0.42 * max(map(len, groups.values())) + 0.9)
+    with styled():
         figure, grid = new_figure(9.6, rows * high + 1.4, nrows=rows, ncols=columns, squeeze=False)
         handles: Handles = {}
-        for number, axes in enumerate(grid.flat):
-            if number >= len(panels):
-                axes.remove()
-                continue
-            name, group = panels[number]
-            handles |= _panel_of(axes, group, labels=number % columns == 0, several=several)
-            axes.set_title(" ".join([*label[:1], name]), fontsize=sized(10))
-            if number % columns == 0:
-                axes.set_ylabel(wrapped(", ".join(label[1:]), 30))
-            if number + columns >= len(panels):
-                axes.set_xlabel("stopping distance [m]")
+        for number, (axes, name) in enumerate(zip(grid.flat, groups, strict=False)):
+            handles |= _panel(axes, groups[name], labels=number % columns == 0)
+            axes.set_title(f"{first} {name}", fontsize=sized(10))
+            axes.set_ylabel(
+                wrapped(", ".join(filter(None, others)), 30) if number % columns == 0 else ""
+            )
+            axes.set_xlabel("stopping distance [m]" if number + columns >= len(groups) else "")
+        for axes in grid.flat[len(groups) :]:
+            axes.remove()
     _frame(figure, _plain(sweep.name), handles, _sentences(_plain(sweep.source), READING))
     return figure
 
 
-def _panel(stop: Stop) -> str:
-    """Title of the panel of a stop: the value of the catalogue's first axis."""
-    return next(iter(stop.conditions.values()), "")
-
-
-def _first(stops: Sequence[Stop], stop: Stop) -> int:
-    return next(i for i, other in enumerate(stops) if _panel(other) == _panel(stop))
-
-
-def _panel_of(axes: Axes, group: Sequence[Stop], *, labels: bool, several: bool) -> Handles:
+def _panel(axes: Axes, group: Sequence[Stop], *, labels: bool) -> Handles:
     """Draw the stops of a panel, the first one on top; return handles of the legend."""
     handles: Handles = {}
-    finite = np.concatenate([stop.distance[np.isfinite(stop.distance)] for stop in group])
-    low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
-    end = high + 0.06 * (high - low or high)
+    every = np.concatenate([stop.distance for stop in group])
+    finite = every[np.isfinite(every)] if np.isfinite(every).any() else np.array([0.0, 1.0])
+    low, end = finite.min(), finite.max() + 0.06 * (np.ptp(finite) or finite.max())
+
+    def draw(name: str, x: Any, y: Any, **look: Any) -> None:
+        axes.plot(x, y, **look)
+        handles[name] = Line2D([], [], label=name, **look)
+
     for row, stop in enumerate(group):
-        shift = 0.22 * (2.0 * (np.arange(stop.distance.size) * 0.618034 % 1.0) - 1.0)  # spread
-        points = {"color": paint.blue, "ls": "none", "marker": "o", "ms": 3.0, "mew": 0.0}
-        axes.plot(stop.distance, row + shift, alpha=0.6, rasterized=shift.size > 300, **points)
-        handles["one stop"] = Line2D([], [], label="one stop", **points | {"ms": 4.0})
-        median, promised = quantile(stop.distance, 0.5), quantile(stop.distance, PROMISED)
-        for name, found, look in (
-            ("median", median, {"color": paint.ink, "marker": "|", "ms": 13, "mew": 2.0}),
-            (
-                f"{100.0 * PROMISED:g} % quantile",
-                promised,
-                {"color": paint.orange, "marker": "D", "ms": 5},
-            ),
+        spread = 0.22 * (2.0 * (np.arange(stop.distance.size) * GOLDEN % 1.0) - 1.0)
+        points: dict[str, Any] = {
+            "marker": "o",
+            "ms": 3.0,
+            "mew": 0.0,
+            "alpha": 0.6,
+            "color": paint.blue,
+        }
+        draw("one stop", stop.distance, row + spread, ls="none", **points)
+        look: dict[str, Any]
+        for name, part, look in (
+            ("median", 0.5, {"color": paint.ink, "marker": "|", "ms": 13, "mew": 2.0}),
+            (f"{100.0 * PROMISED:g} % quantile", PROMISED, {"color": paint.orange, "marker": "D"}),
         ):
-            bar = max(found.low, low), min(found.high, end)
-            axes.plot(bar, (row, row), color=look["color"], lw=1.8, solid_capstyle="butt")
-            if np.isinf(found.high):
+            value, left, right = quantile(stop.distance, part)
+            ends = [max(left, low), min(right, end)]
+            axes.plot(ends, [row, row], color=look["color"], lw=1.8, solid_capstyle="butt")
+            if np.isinf(right):
                 axes.plot(end, row, color=look["color"], marker=">", ms=5, clip_on=False)
-            axes.plot(found.value, row, ls="none", zorder=4, **look)
-            handles[name] = Line2D([], [], label=name, lw=1.8, **look)
+            draw(name, value, row, **{"ms": 5, "zorder": 4, "lw": 1.8, **look})
         if np.isfinite(stop.limit):
-            line = {"color": paint.ink, "lw": 1.2, "ls": DASHED}
-            axes.plot((stop.limit, stop.limit), (row - 0.4, row + 0.4), **line)
-            handles["limit"] = Line2D([], [], label="limit", **line)
-        if left := stop.unstopped + stop.failed:
-            look = {"ha": "right", "va": "bottom", "fontsize": sized(7.5), "color": paint.ink}
-            axes.text(end, row - 0.25, f"{left} without a stop", **look)
-    names = [_row(stop, several) if labels else "" for stop in group]
+            limit, at = [stop.limit, stop.limit], [row - 0.4, row + 0.4]
+            draw("limit", limit, at, color=paint.ink, lw=1.2, ls=DASHED)
+        if without := np.isinf(stop.distance).sum():
+            text = f"{without} without a stop"
+            axes.text(end, row - 0.25, text, ha="right", va="bottom", fontsize=sized(7.5))
+    rest = [[*stop.conditions.values()][1:] for stop in group]
+    names = [", ".join(map(run_name, values)) if labels else "" for values in rest]
     axes.set_yticks(np.arange(len(group)), names, fontsize=sized(8.5))
     axes.set(ylim=(len(group) - 0.45, -0.55), xlim=(low - 0.03 * (end - low), end))
     axes.grid(visible=False, axis="y")
     return handles
-
-
-def _row(stop: Stop, several: bool) -> str:
-    rest = ", ".join([*stop.conditions.values()][1:])
-    return "\n".join(filter(None, [rest, run_name(stop.controller) if several else ""]))

@@ -74,6 +74,7 @@ from contactlib.vehicle.wheelset import Wheelset
 
 RESERVED = ("comparison", "metrics")  # files of a report that are not of one run
 SPEED = Quantity("m/s", at_least=-500.0, at_most=500.0, usual=(-170.0, 170.0))
+TERMS = "torque", "deceleration", "brake_force", "pressure"  # of a demand
 MASS_RATIO = 1.25  # of a train and of that of its resistance, beyond which they are doubted
 NEEDED = ("name", "source", "wheelset", "run", "demand", "controllers")
 CONTINUOUS: Mapping[str, type[ContinuousController]] = {
@@ -515,12 +516,7 @@ def demand_over_time(
     pressure : tuple of float, optional
         Pressure in the brake cylinders [Pa], of a brake with `pressure` and `torque`.
     """
-    terms = {
-        "torque": torque,
-        "deceleration": deceleration,
-        "brake_force": brake_force,
-        "pressure": pressure,
-    }
+    terms = dict(zip(TERMS, (torque, deceleration, brake_force, pressure), strict=True))
     given = [name for name, values in terms.items() if values]
     if len(given) != 1:
         raise ValueError(

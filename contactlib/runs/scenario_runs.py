@@ -66,7 +66,7 @@ class Kept:
         self._done += block.time.size
         return self._done / self._when.rows
 
-    def results(self, last: Sequence[int] | None = None) -> Iterator[Result]:
+    def results(self, last: Sequence[int]) -> Iterator[Result]:
         """Result of each run, to its last row if that is not the end (-1)."""
         whole = {}
         for name, parts in self._parts.items():
@@ -77,9 +77,9 @@ class Kept:
                 by_axle = rows.reshape(len(rows), -1, self._axles)
                 whole[name] = by_axle.swapaxes(0, 1).copy()
         for i in range(len(whole["speed"])):
-            rows = self._done if last is None or last[i] < 0 else last[i] + 1
-            signals = {name: values[i][:rows] for name, values in whole.items()}
-            yield Result(self._when.times(0, rows), signals, self._units)
+            count = self._done if last[i] < 0 else last[i] + 1
+            signals = {name: values[i][:count] for name, values in whole.items()}
+            yield Result(self._when.times(0, count), signals, self._units)
 
 
 def run_scenario(

@@ -28,6 +28,7 @@ from contactlib.base.units import in_si
 from contactlib.base.writing import package_folder, write_whole
 from contactlib.files.reading import loading, model_path, referred_files
 from contactlib.files.scenario import (
+    TERMS,
     Scenario,
     ScenarioContents,
     build_scenario,
@@ -43,31 +44,16 @@ from contactlib.vehicle.track import RAILS
 if TYPE_CHECKING:
     from xarray import Dataset
 
-DISTANCE = "stopping_distance"
+DISTANCE, FAILED = "stopping_distance", "failed"
 CONFIDENCE, SHARE = 0.95, Limits(above=0.0, below=1.0)
 QUANTILES = {"median": 0.5, "95 %": 0.95, "99 %": 0.99}
-SPEEDS, LEVELS = (0.4, 0.6, 0.8, 1.0), (0.75, 1.0, 1.25, 1.5)  # of the default catalogue
-LEVEL = "track.variation.median"
-DEMANDS = tuple(f"demand.{term}" for term in ("torque", "deceleration", "brake_force", "pressure"))
-BUILD_UP = "brake.fill_time", "brake.build_up_time"
-RADII = "vehicle.wheelset.radius", "vehicle.contact.radius_x"  # rolling, and the wheel's
-LOWEST = 0.7  # level of friction at which its default distribution is cut
-HEAD = """\
-# Stops of a catalogue, written for {file}: {count} speeds and rails, each with
-# the same {draws} draws of what is uncertain. The ranges are chosen, not measured: put yours in.
-# Axes with values make the catalogue, axes with a distribution are drawn. Change and add axes,
-# then run it by: contactlib stops {name}
-name = {title}
-source = "scenario: {file}; ranges chosen"
-scenario = "{file}"
-controllers = [{controller}]
-outcomes = ["stopping_distance", "locked_axles"{air}]
-until_stop = true    # a run ends when the vehicle has stopped
-# limit = [{limits}]    # distance for each speed that no stop should exceed, in m
+READING = f"""
+Stopping distances in m: quantile ({100.0 * CONFIDENCE:g} % confidence interval by order statistics)
+of {{0}} draws, the same for all stops. Runs that did not stop within their duration, or failed,
+count as longer than any other; a quantile or an end that falls there is unknown. Shares have the
+interval of Clopper and Pearson; other outcomes: mean (maximum).
 
-[sampling]
-runs = {draws}
-seed = {seed}
+Repeat stop N of the CSV file's column run, with all signals: contactlib stops {{1}}.toml --repeat N
 """
 
 
@@ -77,6 +63,11 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
+
+    def text(self, digits: int = 4, unit: str = "") -> str:
+        """The numbers in words; what is infinite is unknown."""
+        value, low, high = (f"{x:.{digits}g}" if math.isfinite(x) else "unknown" for x in self)
+        return f"{value}{unit} ({low} to {high})"
 
 
 def quantile(values: ArrayLike, part: float, confidence: float = CONFIDENCE) -> Estimate:
@@ -108,13 +99,13 @@ def quantile(values: ArrayLike, part: float, confidence: float = CONFIDENCE) -> 
     part = checked_number("part", part, SHARE)
     tail = 0.5 * (1.0 - checked_number("confidence", confidence, SHARE))
     draws = np.asarray(values, dtype=np.float64).ravel()
-    ordered = np.sort(np.where(np.isnan(draws), np.inf, draws))
-    n = ordered.size
+    n = draws.size
     # Of n draws k ~ B(n, part) lie below the quantile: k >= low and k < high, each but for a tail.
     low, high = int(binom.ppf(tail, n, part)), int(binom.ppf(1.0 - tail, n, part)) + 1
     place = max(math.ceil(n * part * (1.0 - 1e-12)), 1)
-    sides = np.concatenate([[-np.inf], ordered, [np.inf]])
-    return Estimate(*(float(sides[k]) for k in (place, low, min(high, n + 1))))
+    ordered = np.sort(np.where(np.isnan(draws), np.inf, draws))
+    ends = np.concatenate([[-np.inf], ordered, [np.inf]])
+    return Estimate(*ends[[place, low, min(high, n + 1)]].tolist())
 
 
 def share(count: int, of: int, confidence: float = CONFIDENCE) -> Estimate:
@@ -136,41 +127,37 @@ class Stop(NamedTuple):
 
     Attributes
     ----------
-    controller : str
-        Name of the controller.
     conditions : mapping
-        Values of the axes that vary in the catalogue, with units, by name.
-    runs : ndarray
-        Indices of its runs in the sweep.
-    distance : ndarray
-        Stopping distances [m]; infinite without a stop within the run, or if the run failed.
-    failed : int
-        Number of runs that failed.
+        Values of the axes that vary in the catalogue, with units, and the controller if several
+        run, by name.
     limit : float
-        Distance that no stop should exceed [m]; nan if there is none.
-    others : mapping
-        Draws of the other outcomes of the sweep, by name.
+        Distance that no stop should exceed [m], or nan.
+    draws : mapping
+        Draws of the outcomes of the sweep, and of ``failed``, by name. Stopping distances are
+        infinite without a stop within the run, or if the run failed.
     """
 
-    controller: str
     conditions: Mapping[str, str]
-    runs: Any
-    distance: Any
-    failed: int
     limit: float
-    others: Mapping[str, Any]
+    draws: Mapping[str, Any]
 
     @property
-    def unstopped(self) -> int:
-        """Number of runs without a stop, and without a failure."""
-        return int(np.isinf(self.distance).sum()) - self.failed
+    def distance(self) -> Any:
+        """Stopping distances [m]."""
+        return self.draws[DISTANCE]
 
     @property
-    def exceeding(self) -> Estimate | None:
-        """Share of the stops that exceed the limit."""
-        if math.isnan(self.limit):
-            return None
-        return share(int((self.distance > self.limit).sum()), self.distance.size)
+    def numbers(self) -> dict[str, float | Estimate]:
+        """What is known of the stop, by name; shares from 0 to 1."""
+        failed, without = int(self.draws[FAILED].sum()), int(np.isinf(self.distance).sum())
+        found: dict[str, float | Estimate] = {
+            name: quantile(self.distance, part) for name, part in QUANTILES.items()
+        }
+        found |= {"not stopped": without - failed, FAILED: failed}
+        if not math.isnan(self.limit):
+            over = share(int((self.distance > self.limit).sum()), self.distance.size)
+            found |= {"limit": self.limit, "exceed it": over}
+        return found
 
 
 def check_stops(sweep: Sweep) -> None:
@@ -178,33 +165,28 @@ def check_stops(sweep: Sweep) -> None:
     if not sweep.plan.draws or DISTANCE not in sweep.plan.outcomes:
         raise ValueError(
             "stops need axes with a distribution on a grid, as in the file that contactlib stops "
-            "writes for a scenario, and the outcome stopping_distance"
+            f"writes for a scenario, and the outcome {DISTANCE}"
         )
 
 
 def stops_of(sweep: Sweep, dataset: Dataset) -> Iterator[Stop]:
     """The stops of a catalogue from the sweep's results, by controller and point of the grid."""
-    each = sweep.plan.draws
-    grid = [(i, axis) for i, axis in enumerate(sweep.plan.axes) if axis.spread.kind == "values"]
-    varied = [(i, axis) for i, axis in grid if len(axis.spread.numbers) > 1]
-    points = sweep.runs // each
+    plan, points = sweep.plan, sweep.runs // sweep.plan.draws
     limits = np.repeat(sweep.limit or (math.nan,), points // max(len(sweep.limit), 1))
-    names = [name for name in sweep.plan.outcomes if name in dataset and name != DISTANCE]
-    for j, controller in enumerate(sweep.plan.controllers):
-        for point in range(points):
-            runs = np.arange(point * each, (point + 1) * each)
-            taken = {
-                name: dataset[name].values[j].ravel()[runs]
-                for name in (DISTANCE, "failed", *names)
-                if dataset[name].dims[0] == "controller"
-            }
-            distance = np.where(np.isnan(taken[DISTANCE]), np.inf, taken.pop(DISTANCE))
+    names = [DISTANCE, FAILED, *(name for name in plan.outcomes if name in OUTCOMES)]
+    for j, controller in enumerate(plan.controllers):
+        rows = {name: dataset[name].values[j].reshape(points, -1) for name in names}
+        rows[DISTANCE] = np.where(np.isnan(rows[DISTANCE]), np.inf, rows[DISTANCE])
+        for point, first in enumerate(sweep.values[:: plan.draws].tolist()):
             conditions = {
-                axis.name: _shown(float(sweep.values[runs[0], i]), axis.unit, sweep.scenario)
-                for i, axis in varied
+                axis.name: _shown(value, axis.unit, sweep.scenario)
+                for axis, value in zip(plan.axes, first, strict=True)
+                if axis.spread.kind == "values" and len(axis.spread.numbers) > 1
             }
-            failed = int(taken.pop("failed").sum())
-            yield Stop(controller, conditions, runs, distance, failed, float(limits[point]), taken)
+            if len(plan.controllers) > 1:
+                conditions["controller"] = controller
+            draws = {name: values[point] for name, values in rows.items()}
+            yield Stop(conditions, float(limits[point]), draws)
 
 
 def _shown(value: float, unit: str, scenario: Scenario) -> str:
@@ -215,53 +197,22 @@ def _shown(value: float, unit: str, scenario: Scenario) -> str:
 
 
 def summary_text(sweep: Sweep, stops: Sequence[Stop]) -> str:
-    """Table of the stops: quantiles with confidence intervals, shares, air; and how to repeat one.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    stops : sequence of Stop
-        From `stops_of`.
-    """
-    several = len({stop.controller for stop in stops}) > 1
-    limited = any(stop.exceeding for stop in stops)
-    titles = [*stops[0].conditions, *(["controller"] if several else []), *QUANTILES]
-    titles += ["not stopped", "failed", *(["limit", "exceed it"] if limited else [])]
-    rows = [[*titles, *(name.replace("_", " ") for name in stops[0].others)]]
+    """Table of the stops: quantiles, shares and other outcomes; and how to repeat one."""
+    rows = [[*stops[0].conditions, *stops[0].numbers]]
+    others = [name for name in stops[0].draws if name not in (DISTANCE, FAILED)]
+    rows[0] += [name.replace("_", " ") for name in others]
     for stop in stops:
-        row = [*stop.conditions.values(), *([stop.controller] if several else [])]
-        row += [_with_interval(quantile(stop.distance, part)) for part in QUANTILES.values()]
-        row += [str(stop.unstopped), str(stop.failed)]
-        if limited:
-            over = stop.exceeding
-            row += [f"{stop.limit:.4g}", "-"] if over is None else [f"{stop.limit:.4g}", ""]
-            if over is not None:
-                row[-1] = _with_interval(Estimate(*(100.0 * x for x in over)), " %", 3)
-        for name, values in stop.others.items():
-            row.append(_mean_and_largest(name, values))
-        rows.append(row)
-    first = stops[0].runs
-    return "\n".join(
-        [
-            f"{sweep.name}: {len(stops)} stops with {first.size} draws each, the same for all",
-            "",
-            fixed_width(rows),
-            "",
-            f"Stopping distances in m: quantile ({100.0 * CONFIDENCE:g} % confidence interval by",
-            "order statistics). Runs that did not stop within their duration, or failed, count as",
-            "longer than any other; a quantile or an end that falls there is unknown. Shares have",
-            "the interval of Clopper and Pearson; other outcomes: mean (maximum).",
-            "",
-            f"Repeat stop N of the CSV file's column run, with all signals: contactlib stops "
-            f"{sweep.stem}.toml --repeat N",
-        ]
-    )
-
-
-def _with_interval(estimate: Estimate, unit: str = "", digits: int = 4) -> str:
-    value, low, high = (f"{x:.{digits}g}" if math.isfinite(x) else "unknown" for x in estimate)
-    return f"{value}{unit} ({low} to {high})"
+        cells = [*stop.conditions.values()]
+        for name, number in stop.numbers.items():
+            if not isinstance(number, Estimate):
+                cells.append(f"{number:.4g}")
+            elif name in QUANTILES:
+                cells.append(number.text())
+            else:
+                cells.append(Estimate(*(100.0 * x for x in number)).text(3, " %"))
+        rows.append([*cells, *(_mean_and_largest(name, stop.draws[name]) for name in others)])
+    reading = READING.format(sweep.plan.draws, sweep.stem)
+    return f"{sweep.name}\n\n{fixed_width(rows)}\n{reading}"
 
 
 def _mean_and_largest(name: str, values: Any) -> str:
@@ -277,28 +228,59 @@ def _mean_and_largest(name: str, values: Any) -> str:
 def write_summary(folder: str | os.PathLike[str], sweep: Sweep, stops: Sequence[Stop]) -> str:
     """Write NAME.summary.txt, and .csv with numbers to full precision; return the text."""
     text, lines = summary_text(sweep, stops), io.StringIO()
-    table = [*stops[0].conditions, "controller", "stops", "not_stopped", "failed"]
-    ends = ("", "_low", "_high")
-    table += [f"{name.replace(' %', '_percent')}{end} [m]" for name in QUANTILES for end in ends]
-    table += ["limit [m]", *(f"exceeding{end}" for end in ends)]
     writer = csv.writer(lines, lineterminator="\n")
-    writer.writerow([*table, *(f"mean {name}" for name in stops[0].others)])
     for stop in stops:
-        numbers = [stop.distance.size, stop.unstopped, stop.failed]
-        numbers += [x for part in QUANTILES.values() for x in quantile(stop.distance, part)]
-        numbers += [stop.limit, *(stop.exceeding or (math.nan,) * 3)]
-        numbers += [float(np.nanmean(values)) for values in stop.others.values()]
-        writer.writerow([*stop.conditions.values(), stop.controller, *map(repr, numbers)])
-    for suffix, content in (("txt", f"{text}\n"), ("csv", lines.getvalue())):
+        flat = dict[str, object](stop.conditions)
+        for name, number in stop.numbers.items():
+            ends = number if isinstance(number, Estimate) else [number]
+            flat |= dict(zip((name, f"{name} low", f"{name} high"), ends, strict=False))
+        if stop is stops[0]:
+            writer.writerow(flat)
+        writer.writerow(flat.values())
+    for suffix, content in (("txt", text), ("csv", lines.getvalue())):
         write_whole(Path(folder) / f"{sweep.stem}.summary.{suffix}", content.encode())
     return text
 
 
 # ---- the default catalogue -------------------------------------------------------------------
 
+SPEEDS, LEVELS = (0.4, 0.6, 0.8, 1.0), (0.75, 1.0, 1.25, 1.5)  # of the file's numbers
+LOWEST = 0.7  # level of friction at which its distribution is cut
+HEAD = """\
+# Stops of a catalogue, written for {file}.
+# Axes with values make the catalogue; axes with a distribution are drawn, with the same draws at
+# each of its stops. The ranges are chosen, not measured: put yours in. Change and add axes, then
+# run: contactlib stops {stem}.toml
+name = {title}
+source = "scenario: {file}; ranges chosen"
+scenario = "{file}"
+controllers = ["{controller}"]
+outcomes = ["stopping_distance", "locked_axles"{air}]
+until_stop = true    # a run ends when the vehicle has stopped
+# limit = [L1, L2, L3, L4]    # distance for each speed that no stop should exceed, in m
+
+[sampling]
+runs = {draws}
+seed = 1
+"""
+VARIATION, FRICTION = "track.variation.", ("vehicle.friction.static", "vehicle.friction.kinetic")
+NORMAL = "mean", "standard_deviation", "from", "to"
+ERROR = (0.0, 0.003, -0.01, 0.01)
+DRAWN = (  # factors: name, label, paths of which those that the files give are taken, distribution
+    ("pads", "brake torque", tuple(f"demand.{term}" for term in TERMS), (1.0, 0.05, 0.8, 1.2)),
+    ("build_up", "build-up", ("brake.fill_time", "brake.build_up_time"), (1.0, 0.1, 0.7, 1.3)),
+    ("load", "load", ("vehicle.body_mass",), (1.0, 0.04, 0.9, 1.1)),
+    (
+        "diameter",
+        "wheel diameter",
+        ("vehicle.wheelset.radius", "vehicle.contact.radius_x"),
+        (0.97, 0.02, 0.93, 1.0),
+    ),
+)
+
 
 def write_stops(
-    scenario: str | os.PathLike[str], folder: str | os.PathLike[str], draws: int, seed: int
+    scenario: str | os.PathLike[str], folder: str | os.PathLike[str], draws: int
 ) -> Path:
     """Write the default catalogue of a scenario as a sweep file; return its path.
 
@@ -307,9 +289,9 @@ def write_stops(
     Raises
     ------
     ModelError
-        If the scenario is not valid.
+        If the scenario is not valid, or cannot stop.
     ValueError
-        If it does not brake, or a file that is there already has another content.
+        If one of the files exists with another content.
     OSError
         If a file cannot be read or written.
     """
@@ -317,7 +299,7 @@ def write_stops(
     with loading(scenario), referred_files() as referred:
         contents = read_contents(file)
         wheelset = contents.build_vehicle(None, lambda part: None)
-        text = sweep_text(file.name, contents, build_scenario(contents.data, wheelset), draws, seed)
+        text = sweep_text(file, contents, build_scenario(contents.data, wheelset), draws)
     path = folder / f"{file.stem}_stops.toml"
     copies = {path: text.encode()}
     if file.resolve().parent != package_folder("models").resolve():
@@ -335,9 +317,7 @@ def write_stops(
     return path
 
 
-def sweep_text(
-    file: str, contents: ScenarioContents, scenario: Scenario, draws: int, seed: int
-) -> str:
+def sweep_text(file: Path, contents: ScenarioContents, scenario: Scenario, draws: int) -> str:
     """Text of the default catalogue: four speeds, four rails, and draws of what the file has."""
     designs = read_controllers(contents.data["controllers"])
     sampled = [name for name, design in designs.items() if design.kind in CONTROLLERS]
@@ -346,105 +326,69 @@ def sweep_text(
             "a stop needs a demand that brakes, a vehicle that is free to stop, and a sampled "
             "controller"
         )
-    chosen = min(sampled, key=lambda name: designs[name].kind != "wsp")
-    unit = scenario.speed_unit
-    top = scenario.initial_speed / in_si(f"1 {unit}", "m/s")
-    speeds = [f"{part * top:.4g} {unit}" for part in SPEEDS]
 
-    def known(*paths: str) -> list[str]:
-        """Those paths whose numbers the files give."""
-        found = []
+    def given(*paths: str) -> dict[str, tuple[float, ...]]:
+        """Those paths of which the files give the numbers, and these."""
+        found = {}
         for path in paths:
             with suppress(ValueError):
-                found.append(find_target(path, contents, None, factor=True).path)
+                found[path] = find_target(path, contents, None, factor=True).base or ()
         return found
 
-    catalogue = [_axis("speed", "initial speed", "run.initial_speed", values=speeds)]
-    poorest = _poorest_rails(contents, known(*(f"track.{key}" for key in RAILS[:3])))
-    friction = known("vehicle.friction.static", "vehicle.friction.kinetic")
-    if poorest:
-        label, base, paths = "friction of the poorest rails", *poorest
-        levels = [float(f"{level * base:.3g}") for level in LEVELS]
-        catalogue.append(_axis("rails", label, paths, values=levels))
-    elif friction and "condition" not in contents.data.get("track", {}):
-        label = "friction / that of the wheelset's file"
-        catalogue.append(_axis("rails", label, friction, factor=True, values=list(LEVELS)))
-    else:
-        catalogue.append(_axis("rails", "friction / nominal", LEVEL, values=list(LEVELS)))
-    duration, why = _duration(scenario)
-    catalogue.append(why + _axis("duration", "duration", "run.duration", values=[duration]))
-    drawn = []
-    if f'"{LEVEL}"' not in "".join(catalogue):
-        level = (1.0, 0.1, LOWEST, 1.3)
-        drawn.append(_axis("level", "friction / that of the rails", LEVEL, normal=level))
-    if scenario.variation is None:
-        path = "track.variation."
-        drawn += [
-            _axis(
-                "variation", "deviation along the line", f"{path}standard_deviation", values=[0.15]
-            ),
-            _axis("length", "correlation length", f"{path}correlation_length", values=["50 m"]),
-        ]
-    seeds = {"distribution": '"whole"', "from": 1, "to": 1_000_000_000}
-    drawn.append(_axis("line", "seed of the line", "track.variation.seed", **seeds))
-    for name, label, paths, normal in (
-        ("pads", "brake torque / nominal", known(*DEMANDS), (1.0, 0.05, 0.8, 1.2)),
-        ("build_up", "build-up time / nominal", known(*BUILD_UP), (1.0, 0.1, 0.7, 1.3)),
-        ("load", "load / nominal", known("vehicle.body_mass"), (1.0, 0.04, 0.9, 1.1)),
-        ("diameter", "wheel diameter / nominal", known(*RADII), (0.97, 0.02, 0.93, 1.0)),
-    ):
-        if paths:
-            drawn.append(_axis(name, label, paths, factor=True, normal=normal))
-    error = "error of the assumed wheel diameter"
-    path = "sensors.wheel_diameter_error"
-    drawn.append(_axis("sensors", error, path, normal=(0.0, 0.003, -0.01, 0.01)))
-    head = HEAD.format(
-        file=file,
-        count=f"{len(SPEEDS)} x {len(LEVELS)}",
+    unit, level = scenario.speed_unit, f"{VARIATION}median"
+    top = scenario.initial_speed / in_si(f"1 {unit}", "m/s")
+    speeds = [f"{part * top:.4g} {unit}" for part in SPEEDS]
+    lists = given(*(f"track.{key}" for key in RAILS[:3]))
+    lowest = min((min(numbers) for numbers in lists.values()), default=1.0)
+    poorest = [f"{p}[{i}]" for p, x in lists.items() for i in range(len(x)) if x[i] == lowest]
+    whole = {} if "condition" in contents.data.get("track", {}) else given(*FRICTION)
+    values = [float(f"{part * lowest:.3g}") for part in LEVELS]
+    time, why = _duration(scenario)
+    text = HEAD.format(
+        file=file.name,
+        stem=f"{file.stem}_stops",
         draws=draws,
-        seed=seed,
-        name=f"{Path(file).stem}_stops.toml",
         title=json.dumps(f"Stops: {scenario.name}", ensure_ascii=False),
-        controller=json.dumps(chosen),
+        controller=min(sampled, key=lambda name: designs[name].kind != "wsp"),
         air=', "air_used"' if scenario.drivetrain.brake else "",
-        limits=", ".join(f"L{i}" for i in range(1, len(SPEEDS) + 1)),
     )
-    return "\n".join([head, *catalogue, *drawn])
+    text += _axis("speed", "initial speed", "run.initial_speed", values=speeds)
+    if poorest:
+        text += _axis("rails", "friction of the poorest rails", poorest, values=values)
+    else:
+        rails = [*whole] or level
+        text += _axis("rails", "friction / that of the file", rails, bool(whole), values=values)
+    text += f"{why}{_axis('duration', 'duration', 'run.duration', values=[time])}"
+    if poorest or whole:
+        label = "friction / that of the rails"
+        text += _axis("level", label, level, normal=(1.0, 0.1, LOWEST, 1.3))
+    if scenario.variation is None:
+        for name, label, key, value in (
+            ("variation", "deviation along the line", "standard_deviation", 0.15),
+            ("length", "correlation length", "correlation_length", "50 m"),
+        ):
+            text += _axis(name, label, f"{VARIATION}{key}", values=[value])
+    text += _axis("line", "seed of the line", f"{VARIATION}seed", whole=(1, 10**9))
+    for name, label, paths, normal in DRAWN:
+        if known := [*given(*paths)]:
+            text += _axis(name, f"{label} / nominal", known, True, normal=normal)
+    error = "sensors.wheel_diameter_error"
+    return text + _axis("sensors", "error of the assumed wheel diameter", error, normal=ERROR)
 
 
 def _axis(
-    name: str,
-    label: str,
-    paths: str | Sequence[str],
-    *,
-    factor: bool = False,
-    normal: Sequence[float] = (),
-    **keys: Any,
+    name: str, label: str, paths: str | list[str], factor: bool = False, **values: Sequence[Any]
 ) -> str:
-    """Section of an axis."""
-    if normal:
-        ends = ("mean", "standard_deviation", "from", "to")
-        keys = {"distribution": '"normal"', **dict(zip(ends, normal, strict=True))}
-    target = {"factor_on" if factor else "parameter": json.dumps(paths)}
-    if "values" in keys:
-        keys["values"] = json.dumps(keys["values"])
-    given = {"label": json.dumps(label), **target, **keys}
-    return f"[axes.{name}]\n" + "".join(f"{key} = {value}\n" for key, value in given.items())
-
-
-def _poorest_rails(
-    contents: ScenarioContents, lists: Sequence[str]
-) -> tuple[float, list[str]] | None:
-    """Smallest friction in the track's lists, and the paths of the numbers that are so small."""
-    given = {path: find_target(path, contents, None, factor=True).base or () for path in lists}
-    lowest = min((min(values) for values in given.values()), default=math.nan)
-    paths = [
-        f"{path}[{i}]"
-        for path, values in given.items()
-        for i, value in enumerate(values)
-        if value == lowest
-    ]
-    return (lowest, paths) if paths else None
+    """Section of an axis of which one list is given: values, or normal or whole distribution."""
+    ((kind, numbers),) = values.items()
+    keys = {"distribution": kind, **dict(zip(NORMAL[-len(numbers) :], numbers, strict=True))}
+    given = {
+        "label": label,
+        "factor_on" if factor else "parameter": paths,
+        **(values if kind == "values" else keys),
+    }
+    lines = "".join(f"{key} = {json.dumps(value)}\n" for key, value in given.items())
+    return f"\n[axes.{name}]\n{lines}"
 
 
 def _duration(scenario: Scenario) -> tuple[float, str]:
@@ -457,6 +401,6 @@ def _duration(scenario: Scenario) -> tuple[float, str]:
     begin = scenario.demand.at[int(np.argmin(scenario.demand.value))]
     time = 10.0 * math.ceil(0.1 * (begin + 1.5 * abs(scenario.initial_speed) / slowest + 10.0))
     return time, (
-        f"# The slowest stop decelerates by {slowest:.2g} m/s2, by the demand or on friction of\n"
-        f"# {lowest:.2g} all the way; half as long again, and 10 s, for what else delays it.\n"
+        f"\n# The slowest stop decelerates by {slowest:.2g} m/s2, by the demand or on friction of\n"
+        f"# {lowest:.2g} all the way; half as long again, and 10 s, for what else delays it."
     )

@@ -87,7 +87,7 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     (tmp_path / "stop.toml").write_text(SCENARIO)
     wheelset = Path("models/locomotive.toml").read_text()
     (tmp_path / "wheelset.toml").write_text(wheelset)
-    folder, start = tmp_path / "out", ["stops", tmp_path / "stop.toml", "--draws", 4]
+    folder, start = tmp_path / "out", ["stops", str(tmp_path / "stop.toml"), "--draws", "4"]
     written = done(*start, "-o", folder, "--format", "csv").output
     path = folder / "stop_stops.toml"
     sweep = cl.load_sweep(path)
@@ -107,7 +107,7 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     assert f"{np.sort(distances[5])[1]:.4g} (unknown to unknown)" in written
     known = cl.ensemble(sweep, output=folder)
     assert cl.ensemble(sweep, workers=8, chunk=7).identical(known)
-    done("stops", path, "--repeat", 37, "-o", folder, "--format", "csv")
+    done("stops", path, "--repeat", "37", "-o", folder, "--format", "csv")
     metrics = pandas.read_csv(folder / "run37" / "metrics.csv")
     assert metrics["stopping_distance [m]"][0] == distances.ravel()[37]
     limited = path.read_text().replace("# limit = [L1, L2, L3, L4]", "limit = [1.0, 2.0, 2.0, 0.1]")
@@ -117,8 +117,8 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     sweep = cl.load_sweep(path)
     stops = list(of_stops.stops_of(sweep, cl.ensemble(sweep)))
     text = of_stops.summary_text(sweep, stops)
-    assert [stop.unstopped + stop.failed for stop in stops[12:]] == [4] * 4
-    assert stops[15].exceeding == share(4, 4)
+    assert [stop.numbers["not stopped"] for stop in stops[12:]] == [4] * 4
+    assert stops[15].numbers["exceed it"] == share(4, 4)
     assert "100 % (39.8 to 100)" in text
     assert "unknown (unknown to unknown)" in text
     assert "another content" in refused(*start, "-o", folder)

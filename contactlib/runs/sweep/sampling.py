@@ -179,18 +179,18 @@ def draw(
         If a grid has too many points.
     """
     if kind == "grid":
-        fixed = np.array([spread.kind == "values" for spread in spreads])
-        points, each = math.prod(grid_shape(spreads)), 1 if fixed.all() else runs
+        gridded = [i for i, spread in enumerate(spreads) if spread.kind == "values"]
+        drawn = [i for i, spread in enumerate(spreads) if spread.kind != "values"]
+        points, each = math.prod(grid_shape(spreads)), runs if drawn else 1
         if points * each > MAX_RUNS:
             raise ValueError(f"the grid has {points * each} points: at most {MAX_RUNS}")
         values = np.empty((points, each, len(spreads)))
-        grid = np.meshgrid(*(s.numbers for s in spreads if s.kind == "values"), indexing="ij")
-        for place, column in zip(np.flatnonzero(fixed), grid, strict=True):
-            values[:, :, place] = column.reshape(points, 1)
-        places = np.flatnonzero(~fixed).tolist()
-        parts = np.random.default_rng(seed).random((each, len(places)))
-        for place, u in zip(places, parts.T, strict=True):
-            values[:, :, place] = spreads[place].at(u)
+        grid = np.meshgrid(*(spreads[i].numbers for i in gridded), indexing="ij")
+        for i, column in zip(gridded, grid, strict=True):
+            values[:, :, i] = column.reshape(points, 1)
+        parts = np.random.default_rng(seed).random((each, len(drawn)))
+        for i, u in zip(drawn, parts.T, strict=True):
+            values[:, :, i] = spreads[i].at(u)
         return values.reshape(points * each, len(spreads))
     from scipy.stats import qmc
 
