@@ -92,7 +92,7 @@ def quantile(values: ArrayLike, part: float, confidence: float = CONFIDENCE) -> 
     >>> quantile(range(1, 101), 0.5)
     Estimate(value=50.0, low=40.0, high=61.0)
     >>> quantile(range(1, 101), 0.99)  # 100 draws do not bound it
-    Estimate(value=99.0, low=96.0, high=inf)
+    Estimate(value=99.0, low=97.0, high=inf)
     """
     from scipy.stats import binom  # imported late, as it takes a third of a worker's start
 
@@ -266,7 +266,7 @@ seed = 1
 VARIATION, FRICTION = "track.variation.", ("vehicle.friction.static", "vehicle.friction.kinetic")
 NORMAL = "mean", "standard_deviation", "from", "to"
 ERROR = (0.0, 0.003, -0.01, 0.01)
-DRAWN = (  # factors: name, label, paths of which those that the files give are taken, distribution
+DRAWN = (  # factors: name, label, paths, if the files give their numbers, and distribution
     ("pads", "brake torque", tuple(f"demand.{term}" for term in TERMS), (1.0, 0.05, 0.8, 1.2)),
     ("build_up", "build-up", ("brake.fill_time", "brake.build_up_time"), (1.0, 0.1, 0.7, 1.3)),
     ("load", "load", ("vehicle.body_mass",), (1.0, 0.04, 0.9, 1.1)),
@@ -328,7 +328,7 @@ def sweep_text(file: Path, contents: ScenarioContents, scenario: Scenario, draws
         )
 
     def given(*paths: str) -> dict[str, tuple[float, ...]]:
-        """Those paths of which the files give the numbers, and these."""
+        """Paths with the numbers that the files give there."""
         found = {}
         for path in paths:
             with suppress(ValueError):
@@ -379,7 +379,7 @@ def sweep_text(file: Path, contents: ScenarioContents, scenario: Scenario, draws
 def _axis(
     name: str, label: str, paths: str | list[str], factor: bool = False, **values: Sequence[Any]
 ) -> str:
-    """Section of an axis of which one list is given: values, or normal or whole distribution."""
+    """Section of an axis from one list: its values, or numbers of a distribution."""
     ((kind, numbers),) = values.items()
     keys = {"distribution": kind, **dict(zip(NORMAL[-len(numbers) :], numbers, strict=True))}
     given = {
