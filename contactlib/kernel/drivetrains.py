@@ -79,6 +79,7 @@ class NativeFleet:
     def __init__(self, members: Sequence[NativeMember], axles: int = 1) -> None:
         lib = library()
         self.size, self.axles = len(members), axles
+        self._gripped: dict[bytes, tuple[float, float]] = {}  # of the last call of `grip`
         places = np.zeros(self.size, _place_dtype())
         contacts, of_contact = _unique([(member.contact, member.table) for member in members])
         bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
@@ -229,17 +230,17 @@ class NativeFleet:
         rows = [a.view(np.uint64).reshape(self.size, -1) for a in (self._kept[-1], inputs, *given)]
         keys = map(bytes, np.hstack(rows))
         creepage, limit = np.empty(self.size), np.full(self.size, np.nan)
-        found: dict[bytes, int] = {}  # runs of an ensemble often begin alike
+        known, self._gripped = self._gripped, {}  # as runs begin alike, and loads settle
         for i, key in enumerate(keys):
-            same = found.setdefault(key, i)
-            if same == i:
+            if key not in known:
                 library().drivetrains_grip(
                     self.members + i,
                     1,
                     pointer(inputs[i : i + 1], "drivetrain_input"),
                     *(pointer(a[i : i + 1], "double") for a in (*given, creepage, limit)),
                 )
-            creepage[i], limit[i] = creepage[same], limit[same]
+                known[key] = creepage[i], limit[i]
+            creepage[i], limit[i] = self._gripped[key] = known[key]
         return creepage, limit
 
     def peak(

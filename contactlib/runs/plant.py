@@ -628,11 +628,8 @@ class Plant:
         vehicles = self._vehicles
         if vehicles is not None:
             vehicles.begin(2.0 * self._load)
-        settled = b""
         for _ in range(1 if vehicles is None else kernel.library().SETTLING):
             self._advance(0, 0, 0.0)  # sets loads and friction at the start
-            if settled == (settled := self._inputs[0].tobytes()):
-                break  # the loads are those of the forces, and so would be all that follow
             begin = start(self._scenarios, self.fleet, self._inputs[0], torque, self._creepage)
             self._states[:] = begin.states
             self._states["distance"] = -self._behind
