@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -188,6 +188,8 @@ def _run_sweep(
     """Run a sweep to a folder with progress, and write its CSV file; return the results."""
     from contactlib.runs import sweep as sweeps
 
+    if cluster is not None and (processes or workers is not None):
+        raise ValueError("--cluster cannot be combined with --processes or --workers")
     count, reporter, pace = workers or sweeps.default_workers(), ConsoleReporter(), Pace()
     if cluster is not None:
         opened = sweeps.cluster_workers(cluster, reporter.line, files)
@@ -215,11 +217,6 @@ def _run_sweep(
             reporter.line(f"{pace.elapsed:.1f} s, {rate:.0f} simulated s per s")
     sweeps.write_table(results, sweeps.results_path(loaded, folder).with_suffix(".csv"))
     return results
-
-
-def _check_workers(options: Mapping[str, Any]) -> None:
-    if options["cluster"] is not None and (options["processes"] or options["workers"] is not None):
-        raise ValueError("--cluster cannot be combined with --processes or --workers")
 
 
 @main.command()
@@ -255,7 +252,6 @@ def sweep(
     from contactlib.cli.own_controller import load_controller
     from contactlib.runs import sweep as sweeps
 
-    _check_workers(options)
     added = {} if controller is None else dict([load_controller(controller)])
     files = [] if controller is None else [controller.rpartition(":")[0]]
     loaded = with_progress(lambda progress: sweeps.load_sweep(sweep, progress=progress))
@@ -323,7 +319,6 @@ def stops(
     from contactlib.runs import stops as of_stops
     from contactlib.runs import sweep as sweeps
 
-    _check_workers(options)
     folder, reporter = output or Path(f"contactlib-{Path(file).stem}"), ConsoleReporter()
     path: str | Path = file
     if file_kind(file) != "sweep":

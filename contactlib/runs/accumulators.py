@@ -127,11 +127,13 @@ class DrivetrainArrays(NamedTuple):
         return values.reshape(*values.shape[:-1], -1, self.axles)
 
 
-class SomeRows:
-    """Presents a part of some rows."""
+class DerivedRows:
+    """Rows or a part of them, with derived signals that several outcomes share."""
 
-    def __init__(self, rows: Rows, first: int, end: int) -> None:
-        self._rows, self._part = rows, slice(first, end)
+    def __init__(
+        self, rows: Rows, drivetrains: DrivetrainArrays, part: slice = slice(None)
+    ) -> None:
+        self._rows, self.drivetrains, self._part = rows, drivetrains, part
 
     @property
     def time(self) -> FloatArray:
@@ -140,28 +142,12 @@ class SomeRows:
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return one signal, shape (rows, n)."""
-        return self._rows[name][self._part]
-
-
-class DerivedRows:
-    """Rows, with derived signals that several outcomes share."""
-
-    def __init__(self, rows: Rows, drivetrains: DrivetrainArrays) -> None:
-        self._rows, self.drivetrains = rows, drivetrains
-
-    @property
-    def time(self) -> FloatArray:
-        """Times of the rows [s]."""
-        return self._rows.time
-
-    def __getitem__(self, name: str) -> FloatArray:
-        """Return one signal, shape (rows, n)."""
-        return self._demand if name == "demand" else self._rows[name]
+        return self._demand if name == "demand" else self._rows[name][self._part]
 
     @cached_property
     def _demand(self) -> FloatArray:
         """Demanded torque on the axle [N.m]; that of a brake is against the motion."""
-        demand, braked = self._rows["demand"], self.drivetrains.braked
+        demand, braked = self._rows["demand"][self._part], self.drivetrains.braked
         if not braked.any():
             return demand
         moving = np.where(self.moves, np.sign(self["speed"]), 0.0)
@@ -175,7 +161,9 @@ class DerivedRows:
     @cached_property
     def brake_demand(self) -> FloatArray:
         """Torque that a brake follows, also one that holds a standing vehicle [N.m]."""
-        return np.where(self.drivetrains.braked, np.maximum(-self._rows["demand"], 0.0), 0.0)
+        return np.where(
+            self.drivetrains.braked, np.maximum(-self._rows["demand"][self._part], 0.0), 0.0
+        )
 
     @cached_property
     def braking(self) -> FloatArray:

@@ -23,7 +23,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import USERS_ERRORS, explained
 from contactlib.files.scenario import Scenario
-from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays, SomeRows, Stop
+from contactlib.runs.accumulators import DerivedRows, DrivetrainArrays, Stop
 from contactlib.runs.damage import warn_of_damage
 from contactlib.runs.outcomes import OUTCOMES, accumulators, extended, extension
 from contactlib.runs.plant import (
@@ -463,7 +463,7 @@ def _watch(
                 stop.add(DerivedRows(block, drivetrains))
                 ends |= {row + 1 - first for row in stop.last.tolist() if row >= first}
             for start, end in pairwise(sorted({0, *ends})):
-                rows = DerivedRows(SomeRows(block, start, end), drivetrains)
+                rows = DerivedRows(block, drivetrains, slice(start, end))
                 for accumulator in watching.values():
                     accumulator.add(rows)
                 if (over := stop.last == first + end - 1).any():
