@@ -61,7 +61,7 @@ def stopping_distances(sweep: Sweep, stops: Sequence[Stop]) -> Figure:
 def _panel(axes: Axes, group: Sequence[Stop], *, labels: bool) -> Handles:
     """Draw the stops of a panel, the first one on top; return handles of the legend."""
     handles: Handles = {}
-    every = np.concatenate([stop.distance for stop in group])
+    every = np.concatenate([[stop.limit, *stop.distance] for stop in group])
     finite = every[np.isfinite(every)] if np.isfinite(every).any() else np.array([0.0, 1.0])
     low, end = finite.min(), finite.max() + 0.06 * (np.ptp(finite) or finite.max())
 
