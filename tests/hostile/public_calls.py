@@ -21,7 +21,15 @@ from contactlib import stability, traction
 from contactlib.laws import ContactHeat, Softening, ThermalContact
 from contactlib.stability import control_systems, torsion
 from contactlib.traction import Sensors
-from contactlib.vehicle import Axle, CreepCurve, Drivetrain, DynamicLoad, Motor, OperatingPoint
+from contactlib.vehicle import (
+    Axle,
+    CreepCurve,
+    Drivetrain,
+    DynamicLoad,
+    Motor,
+    OperatingPoint,
+    Variation,
+)
 
 MODULES = (
     *(cl, cl.laws, cl.table, cl.element, cl.vehicle, stability, torsion, control_systems),
@@ -123,6 +131,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "Track": lambda: cl.Track(friction_left=two_points()),
     "TractionData": data,
     "DynamicLoad": lambda: DynamicLoad(frequency=(0.5, 9.0), density=(0.02, 0.01)),
+    "Variation": lambda: Variation(standard_deviation=0.2, correlation_length=50.0),
     "Vehicle": lambda: cl.load_scenario("four_axles.toml").vehicle,
     "Wheelset": rig,
     "contact": ellipse,
