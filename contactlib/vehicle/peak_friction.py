@@ -49,7 +49,9 @@ def with_peaks(track: Track, element: ForceElement, *, loaded: bool) -> Track:
     ValueError
         If the contact cannot reach one of the coefficients.
     """
-    low, high = (choose(number for side in track.given for number in side.value) for choose in (min, max))
+    low, high = (
+        choose(number for side in track.given for number in side.value) for choose in (min, max)
+    )
     if track.varied != UNCHANGED:  # runs with other variations share a map
         ratio = math.log(RATIOS[0])
         low, high = (
@@ -77,8 +79,14 @@ def at_speed(track: Track, element: ForceElement, speed: float) -> Track:
         return Profile(side.at, tuple(_factors(element.table.native, contact, *given).tolist()))
 
     left, right = map(factors, track.given)
-    sides = {"friction_left": left, "friction_right": None if left == right else right}
-    return replace(track, unit="factor", peaks=None, varied=UNCHANGED, **sides)
+    return replace(
+        track,
+        unit="factor",
+        peaks=None,
+        varied=UNCHANGED,
+        friction_left=left,
+        friction_right=None if left == right else right,
+    )
 
 
 def _places(low: float, high: float, ratio: float) -> FloatArray:

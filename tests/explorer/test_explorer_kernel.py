@@ -102,7 +102,7 @@ def test_a_run_over_a_wet_patch_is_that_of_python(
         ((0.0,), (1.0,)),
         ((1.0, 1.0, 1.4, 1.4), (1.0, 0.5, 0.5, 1.0)),
     )
-    track = rail, rail, always, always, level
+    track = kernel.drivetrains.NativeTrack((rail, rail, always, always, level))
     member = kernel.NativeMember(native_table(contact), parameters, drivetrain, body, track)
     fleet = kernel.NativeFleet([member])
     inputs = np.zeros(1, kernel.drivetrain_dtype("input"))

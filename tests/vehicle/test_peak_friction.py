@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 import contactlib as cl
 from contactlib.traction import OpenLoop
-from contactlib.vehicle import DynamicLoad
+from contactlib.vehicle import DynamicLoad, Variation
 
 RANDOM = np.random.default_rng(2)
 FALLING = {"slip_rate_residual": 0.4, "slip_rate_decay": 0.4}
@@ -111,6 +111,18 @@ def test_locked_wheels_brake_with_that_part_of_the_weight(number: float) -> None
     davis, speed = body.resistance, run["speed"][-1]
     against = force + davis.constant + davis.linear * speed + davis.quadratic * speed**2
     assert run["acceleration"][-1] == pytest.approx(-against / body.mass, rel=0.01)
+
+
+def test_rails_vary_in_their_largest_coefficient() -> None:
+    """Under a wheel that rolls, at the row's place and load, by the draw of the variation."""
+    variation = Variation(standard_deviation=0.2, correlation_length=20.0, seed=3)
+    case = replace(
+        braking(0.1, "locomotive.toml", **FALLING), variation=variation, demand=cl.Profile.of(-2e3)
+    )
+    run = cl.run_scenario(case, "open_loop")
+    number = 0.1 * variation.profile(-100.0, 200.0)(run["distance"])
+    np.testing.assert_allclose(run["available_force"] / run["axle_load"], number, rtol=0.01)
+    assert np.ptp(number) > 0.02
 
 
 def test_the_speed_changes_friction_within_a_row() -> None:
