@@ -18,6 +18,7 @@ from contactlib.base.quantities import (
     POSITIVE,
     SEED,
     FloatArray,
+    Limits,
     Parameters,
     Quantity,
     checked,
@@ -31,6 +32,9 @@ from contactlib.kernel import NativePeaks, NativeTrack
 Values = tuple[float, ...]
 Unit = Literal["factor", "coefficient", "adhesion"]  # of friction over distance
 TIME = Quantity("s", at_least=0.0)  # of a breakpoint
+KEEPING = Limits(at_least=1e-6, at_most=1e3)  # deceleration that keeps limits of speed [m/s2]
+SQUARED = Limits(at_least=-1e6, at_most=1e6)  # speeds [m/s]
+ALONG = Limits(at_least=-1e9, at_most=1e9)  # places and lengths [m]
 
 
 @dataclass(frozen=True)
@@ -144,7 +148,7 @@ class Profile:
         Raises
         ------
         ValueError
-            If the profile does not change in steps alone.
+            If the deceleration is out of range, or the profile does not change in steps alone.
 
         Examples
         --------
@@ -152,7 +156,8 @@ class Profile:
         >>> limit.kept_by(2.0)([20.0, 25.0, 75.0, 100.0]).tolist()
         [400.0, 400.0, 200.0, 100.0]
         """
-        slope = 2.0 * checked_number("deceleration", deceleration, POSITIVE)
+        slope = 2.0 * checked_number("deceleration", deceleration, KEEPING)
+        checked("value", self.value, SQUARED)
         points = list(zip(self.at, self.value, strict=True))
         if any(a != b and u != v for (a, u), (b, v) in pairwise(points)):
             raise ValueError(f"value = {shown(self.value)} must change in steps: use Profile.steps")
@@ -173,7 +178,12 @@ class Profile:
         return Profile(tuple(-place for place in self.at[::-1]), self.value[::-1])
 
     def mean_behind(self, at: ArrayLike, near: ArrayLike, far: float) -> FloatArray:
-        """Mean of the values between `far` and `near` behind some places, `far` not `near`.
+        """Mean of the values between `far` and `near` behind some places.
+
+        Raises
+        ------
+        ValueError
+            If a number is out of range, or `far` is also `near`.
 
         Examples
         --------
@@ -189,10 +199,12 @@ class Profile:
             i = np.clip(np.searchsorted(places, end, side="right") - 1, 0, places.size - 1)
             return np.asarray(areas[i] + 0.5 * (values[i] + self(end)) * (end - places[i]))
 
-        end = checked("at", at, FINITE, copy=False)
-        first = checked("near", near, FINITE, copy=False)
-        last = checked_number("far", far, FINITE)
+        end = checked("at", at, ALONG, copy=False)
+        first = checked("near", near, ALONG, copy=False)
+        last = checked_number("far", far, ALONG)
         common_shape({"at": end, "near": first})
+        if (first == last).any():
+            raise ValueError(f"far = {last!r} must differ from near")
         return np.asarray((area(end - first) - area(end - last)) / (last - first))
 
     def times(self, other: Profile) -> Profile:

@@ -399,7 +399,10 @@ NO_EXTREMES = {
 @pytest.mark.parametrize("name", [n for n in CALLED if n not in NO_EXTREMES])
 def test_extreme_numbers(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     limits = limits_of(name, monkeypatch)
-    needed = {*required(public()[name]), *(limits.keys() & {"speed", "radius", "duration"})}
+    needed = {
+        *required(public()[name]),
+        *(limits.keys() & {"speed", "radius", "duration", "fill_time"}),
+    }
     good = {n: good_number(name, n, limits[n]) for n in needed}
     good = {n: value for n, value in good.items() if value is not None}
     answer = answer_to(name, **good)
