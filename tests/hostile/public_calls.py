@@ -167,6 +167,7 @@ OBJECTS: dict[str, Callable[[], Any]] = {
 }
 # Numbers by the argument's name, likewise, where not any within its limits will do.
 NUMBERS: dict[str, Any] = {
+    "Profile.mean_behind near": 0.0,
     "creepage": 0.012,
     "drive_torque": 19e3,
     "duration": 1e-2,

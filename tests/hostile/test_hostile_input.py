@@ -381,9 +381,10 @@ def test_layout_of_an_array_does_not_count(name: str) -> None:
     assert [array.tobytes() for array in odd.values()] == before
 
 
-# Many simulations, files, what takes either of two pairs of rows, and python-control's arithmetic,
-# which overflows at large gains.
+# Many simulations, files, what takes either of two pairs of rows or a profile in steps, and
+# python-control's arithmetic, which overflows at large gains.
 NO_EXTREMES = {
+    "Profile.kept_by",
     "sampled_loop",
     "DynamicLoad",
     "benchmark",
