@@ -27,6 +27,7 @@ import contactlib as cl
 
 sys.path += map(str, (Path(__file__).parents[1], *Path(__file__).parents[1].iterdir()))
 
+from exported_fmu import fitting
 from fmu_instance import EXPORTS, Subject
 from native_programs import NATIVE, Fmu, standalone
 
@@ -93,7 +94,7 @@ def growths(model: cl.Model, folder: Path, cycles: int) -> Iterator[tuple[str, G
     """Of so many cycles of every kind of FMU in both versions."""
     command = program(folder)
     for subject in (Subject(name, version) for name in EXPORTS for version in (2, 3)):
-        fmu = Fmu(model, folder / str(subject), **subject.arguments)
+        fmu = Fmu(fitting(model, subject.name), folder / str(subject), **subject.arguments)
         first, last = numbers_of(command, "cycles", fmu, cycles)
         yield str(subject), Growth(*(int(b) - int(a) for a, b in zip(first, last, strict=True)))
 

@@ -715,7 +715,12 @@ static void test_vehicles(const creep_table *table, const force_element_paramete
     static const double one = 1.0, rise = 0.01;
     const profile even = {.count = 1, .at = at, .value = &one};
     const profile stepped = {.count = 3, .at = at, .value = value};
-    const track rails = {stepped, stepped, even, even, {.count = 1, .at = at, .value = &rise}, 1.0};
+    const track rails = {.left = stepped,
+                         .right = stepped,
+                         .over_time = even,
+                         .slope = even,
+                         .grade = {.count = 1, .at = at, .value = &rise},
+                         .scale = 1.0};
     const vehicle_parameters body = {.axles = AXLES,
                                      .axles_per_bogie = 1.0,
                                      .position = {0.0, 2.0, 5.0},
