@@ -159,7 +159,7 @@ def _without_draws(dataset: Dataset) -> Dataset:
         str(name): size for name, size in plain.sizes.items() if name not in (CONTROLLER, DRAW)
     }
     if max(points.values(), default=1) == 1:
-        return plain.isel(dict.fromkeys(points, 0), drop=True).rename({DRAW: RUN})
+        return plain.isel(dict.fromkeys(points, 0), drop=True).rename_dims({DRAW: RUN})
     medians = plain.median(DRAW, keep_attrs=True)
     for name, values in medians.data_vars.items():
         if DRAW in plain[name].dims:
