@@ -221,7 +221,8 @@ def _actuators(axes: Axes, at: FloatArray, result: Result, brake: Brake | None) 
     if brake is not None:
         signal, label, demand = "brake_torque", f"brake {label}", np.maximum(-result["demand"], 0.0)
         if brake.pressure is not None:
-            unit, label = 1e-5 * brake.pressure_per_torque, "cylinder\npressure  [bar]"
+            signal, unit, label = "cylinder_pressure", 1e-5, "cylinder\npressure  [bar]"
+            demand = brake.pressure_per_torque * demand
     demand = demand.reshape(at.size, -1).max(axis=1)
     axes.plot(at, unit * demand, color=paint.ink, ls=DOTTED, label="demand")
     for name, axle, look in _named_axles(result):
@@ -248,5 +249,7 @@ def _vented(result: Result) -> FloatArray:
     """Falls of all brake torques so far over the sum of their largest demands."""
     rows = result.time.size
     torque, demand = (result[name].reshape(rows, -1) for name in ("brake_torque", "demand"))
+    if "pad_friction" in result.units:
+        torque = torque / result["pad_friction"].reshape(rows, -1)
     falls = np.maximum(-np.diff(torque, axis=0, prepend=torque[:1]), 0.0).sum(axis=1).cumsum()
     return np.asarray(falls / np.maximum(-demand, 0.0).max(axis=0).sum())

@@ -67,6 +67,7 @@ SHOWN = {  # parameters in captions: symbol, factor and unit, if not those of th
     "fill_time": ("brake fill", 1.0, "s"),
     "vent_time": ("brake vent", 1.0, "s"),
     "delay": ("brake delay", 1e3, "ms"),
+    "pad_scale": ("pad friction", 100.0, "%"),
 }
 DEFAULTS = declared(ForceElement)
 NAMED = 1.04  # where names of lines stand / width of their panel
@@ -491,7 +492,7 @@ def _numbers_of(part: Parameters) -> list[str]:
     texts = []
     for name, key in declared(kind).items():
         value = getattr(part, name)
-        if key.quantity is not None and value != key.default:
+        if key.quantity is not None and not key.many and value != key.default:
             plain = (name.replace("_", " "), 1.0, key.quantity.unit.replace(".", " "))
             symbol, factor, unit = SHOWN.get(name, plain)
             texts.append(f"{symbol} {factor * value:.4g} {unit}")

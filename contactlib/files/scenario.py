@@ -29,6 +29,7 @@ from contactlib.base.quantities import (
 )
 from contactlib.base.text import known_names
 from contactlib.base.units import STANDARD_GRAVITY, unit_value
+from contactlib.files.brake_pads import brake_of, with_pads
 from contactlib.files.mistakes import Mistakes
 from contactlib.files.model import LOAD_RATIO, BuildCache, build_model, read_model
 from contactlib.files.rail_conditions import (
@@ -501,6 +502,8 @@ def demand_over_time(
 ) -> Demand:
     """The driver's demand, in one of four terms.
 
+    Those of braking are what the brakes give while their pads have their nominal friction.
+
     Parameters
     ----------
     time : tuple of float
@@ -546,7 +549,7 @@ MADE: Mapping[str, Callable[..., Any]] = {
     "driver": Driver,
     "axle": Axle,
     "motor": Motor,
-    "brake": Brake.from_times,
+    "brake": brake_of,
     "sanding": Sanding,
     "track": track_of,
     "track.variation": Variation,
@@ -559,6 +562,7 @@ SECTIONS: Mapping[str, Keys] = {
         without(declared(Scenario), "name", "source", "speed_unit"), "initial_speed", "design_speed"
     ),
     **{name: declared(make) for name, make in MADE.items()},
+    "brake": {**declared(Brake), **declared(Brake.from_times), **declared(brake_of)},
     "track": {**declared(Track.from_breakpoints), **declared(TrackConditions)},
 }
 PARTS = ("vehicle", "axle", "motor", "brake", "sanding")  # of the drivetrain
@@ -693,6 +697,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             if vehicle_source:
                 mistakes.of(_check_vehicle, *vehicle_source[:2])
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
+        data = mistakes.of(with_pads, data, file.parent) or without(data, "brake")
         if isinstance(track := data.get("track"), Mapping) and "variation" in track:
             parts = {"track.variation": track["variation"], "track": without(track, "variation")}
             data = {**data, **parts}

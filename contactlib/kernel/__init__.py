@@ -23,6 +23,7 @@ from contactlib.kernel.bodies import thermal_softening as thermal_softening
 from contactlib.kernel.bodies import wheelset_limits as wheelset_limits
 from contactlib.kernel.drivetrains import NativeFleet as NativeFleet
 from contactlib.kernel.drivetrains import NativeMember as NativeMember
+from contactlib.kernel.drivetrains import NativePads as NativePads
 from contactlib.kernel.drivetrains import NativePeaks as NativePeaks
 from contactlib.kernel.drivetrains import NativeTrack as NativeTrack
 from contactlib.kernel.drivetrains import drivetrain_dtype as drivetrain_dtype

@@ -46,14 +46,23 @@ def drivetrain_dtype(part: str) -> np.dtype[np.void]:
     return struct_dtype(f"drivetrain_{part}")
 
 
+class NativePads(NamedTuple):
+    """Struct `pad_table`; the friction has the shape (speeds, torques)."""
+
+    speed: FloatArray
+    torque: FloatArray
+    friction: FloatArray
+
+
 class NativeMember(NamedTuple):
-    """Table, parameters and track of one drivetrain; without a track the input has its factors."""
+    """Parts of one drivetrain; without a track the input has its factors."""
 
     table: NativeTable
     contact: Mapping[str, float]
     drivetrain: Mapping[str, float]
     body: Mapping[str, float]
     track: NativeTrack | None = None
+    pads: NativePads | None = None
 
 
 class NativeFleet:
@@ -99,16 +108,18 @@ class NativeFleet:
             )
         maps, of_map = _unique([track and track.peaks for track in tracks])
         maps_kept = [None if one is None else _peak_struct(one) for one in maps]
-        peaks = np.array([0 if m is None else int(ffi.cast("uintptr_t", m)) for m in maps_kept])
-        rails, profiles = _track_records(tracks, peaks[of_map])
-        places["table"] = [int(ffi.cast("uintptr_t", m.table.struct)) for m in members]
+        rails, profiles = _track_records(tracks, _addresses_of(maps_kept)[of_map])
+        places["table"] = _addresses_of([member.table.struct for member in members])
         places["contact"] = _addresses(contact)[of_contact]
         places["drivetrain"] = _addresses(drivetrain)[of_body]
         without = np.array([track is None for track in tracks])
         places["rails"] = np.where(without, 0, _addresses(rails))[of_track]
         for name in scales.dtype.names or ():
             places[name] = scales[name][of_contact]
-        tables = [m.table for m in members], maps, maps_kept
+        pads, of_pads = _unique([member.pads for member in members])
+        pads_kept = [None if one is None else _pad_struct(one) for one in pads]
+        places["pads"] = _addresses_of(pads_kept)[of_pads]
+        tables = [m.table for m in members], maps, maps_kept, pads, pads_kept
         self._kept = tables, contact, drivetrain, rails, profiles, places
         self.members = pointer(places, "drivetrain_member")
 
@@ -265,7 +276,7 @@ class NativeFleet:
 @cache
 def _place_dtype() -> np.dtype[np.void]:
     """Dtype of the struct drivetrain_member, with pointers as numbers."""
-    pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails")]
+    pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails", "pads")]
     scales = [(name, np.float64) for name in struct_dtype("contact_scales").names or ()]
     return checked_dtype([*pointers, *scales], "drivetrain_member")
 
@@ -306,6 +317,17 @@ def _addresses(array: NDArray[Any]) -> NDArray[np.uintp]:
     return np.asarray(places + np.uintp(array.ctypes.data))
 
 
+def _addresses_of(structs: Sequence[Any]) -> NDArray[np.uintp]:
+    """Address of each struct that is not None, else 0."""
+    given = [0 if one is None else int(ffi.cast("uintptr_t", one)) for one in structs]
+    return np.array(given, dtype=np.uintp)
+
+
+def _pad_struct(given: NativePads) -> Any:
+    parts = (pointer(part, "double") for part in given)
+    return ffi.new("pad_table *", (*given.friction.shape, *parts))
+
+
 def _peak_struct(given: NativePeaks) -> Any:
     branches, *count = given.value.shape
     value = pointer(given.value, "double")
@@ -313,7 +335,7 @@ def _peak_struct(given: NativePeaks) -> Any:
 
 
 def _track_records(
-    tracks: Sequence[NativeTrack | None], peaks: NDArray[np.int_]
+    tracks: Sequence[NativeTrack | None], peaks: NDArray[np.uintp]
 ) -> tuple[NDArray[np.void], FloatArray]:
     """Track structs, and the array that holds the places and values they point to."""
     none: tuple[NativeProfile, ...] = (((), ()),) * PROFILES
@@ -329,6 +351,6 @@ def _track_records(
     count = [len(at) for at, _ in profiles]
     rows = np.stack([count, *first.reshape(-1, 2).T], axis=1).astype(np.uintp)
     scale = np.ones((len(tracks), 1)).view(np.uintp)
-    maps = peaks[:, np.newaxis].astype(np.uintp)
+    maps = peaks[:, np.newaxis]
     parts_of = np.hstack([rows.reshape(len(tracks), 3 * PROFILES), scale, maps])
     return np.ascontiguousarray(parts_of).view(_track_dtype())[:, 0], numbers

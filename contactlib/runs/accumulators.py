@@ -78,6 +78,8 @@ class DrivetrainArrays(NamedTuple):
         Minimum speed of the creepage, below which a brake has stopped the vehicle [m/s].
     braked : ndarray of bool
         Whether there is a brake.
+    padded : ndarray of bool
+        Whether the friction of its pads changes.
     axles : int
         Number of drivetrains that make a vehicle.
     """
@@ -91,6 +93,7 @@ class DrivetrainArrays(NamedTuple):
     rigid: NDArray[np.bool_]
     minimum_speed: FloatArray
     braked: NDArray[np.bool_]
+    padded: NDArray[np.bool_]
     axles: int = 1
 
     @classmethod
@@ -108,6 +111,7 @@ class DrivetrainArrays(NamedTuple):
             np.array([train.axle is None for train in drivetrains]),
             np.array([element.minimum_speed for element in elements]),
             np.array([train.brake is not None for train in drivetrains]),
+            np.array([bool(train.brake and train.brake.pads) for train in drivetrains]),
             axles,
         )
 
@@ -146,12 +150,22 @@ class DerivedRows:
 
     @cached_property
     def _demand(self) -> FloatArray:
-        """Demanded torque on the axle [N.m]; that of a brake is against the motion."""
+        """Demanded torque on the axle [N.m]; that of a brake by its pads, against the motion."""
         demand, braked = self._rows["demand"][self._part], self.drivetrains.braked
         if not braked.any():
             return demand
         moving = np.where(self.moves, np.sign(self["speed"]), 0.0)
-        return np.asarray(np.where((demand < 0.0) & braked, demand * moving, demand))
+        return np.asarray(np.where((demand < 0.0) & braked, demand * moving * self._pads, demand))
+
+    @cached_property
+    def _pads(self) -> FloatArray | float:
+        """Friction of the brakes' pads over the nominal one [1]."""
+        return self["pad_friction"] if self.drivetrains.padded.any() else 1.0
+
+    @cached_property
+    def applied(self) -> FloatArray:
+        """Torque of the brakes at nominal friction of their pads, as that of their air [N.m]."""
+        return self["brake_torque"] / self._pads
 
     @cached_property
     def moves(self) -> NDArray[np.bool_]:

@@ -12,6 +12,8 @@ from contactlib.base.quantities import FloatArray
 from contactlib.files.scenario import Scenario
 from contactlib.vehicle.creep_curve import beyond_grip
 
+ROUNDS = 5  # in which the rim's speed and the friction of a brake's pads find each other
+
 
 class Start(NamedTuple):
     """State and torque [N.m] of each wheelset, and the errors of those without a steady state."""
@@ -51,30 +53,35 @@ def start(
     moving = np.abs(speed) >= slowest
     direction = np.where(speed < 0.0, -1.0, 1.0)
     states["speed"] = speed
-    braked = np.array([scenario.drivetrain.brake is not None for scenario in scenarios])
+    brakes = [scenario.drivetrain.brake for scenario in scenarios]
+    braked = np.array([brake is not None for brake in brakes])
     torque = np.where(moving, demand, 0.0)
     motor = np.where(braked, np.maximum(torque, 0.0), torque)
     states["drive_torque"] = motor
     states["brake_torque"] = braking = np.where(braked, np.maximum(-demand, 0.0), 0.0)
     states["pads_left"] = states["pads_right"] = np.where(braked, np.sign(speed), 0.0)
 
+    padded = any(brake is not None and brake.pads is not None for brake in brakes)
+    ahead = inputs.copy()  # as seen in the direction of motion
+    for name in ("grade", "acceleration"):
+        ahead[name] *= direction
     refused: dict[int, ValueError] = {}
-    if creepage is not None:
-        creepages = np.full(fleet.size, creepage)
-    elif moving.any():
-        ahead = inputs.copy()  # as seen in the direction of motion
-        for name in ("grade", "acceleration"):
-            ahead[name] *= direction
-        creepages, limit = fleet.grip(ahead, np.abs(speed), direction * motor - braking)
-        for i in np.flatnonzero(np.isnan(creepages) & moving).tolist():
-            refused[i] = ValueError(beyond_grip(float(demand[i]), float(direction[i] * limit[i])))
-        creepages = direction * np.where(moving & ~np.isnan(creepages), creepages, 0.0)
-    else:
-        creepages = np.zeros(fleet.size)
-    omega = (speed + creepages * np.maximum(np.abs(speed), slowest)) / radius
-    states["omega_left"] = states["omega_right"] = omega
+    creepages = np.full(fleet.size, creepage or 0.0)
+    for _ in range(ROUNDS if padded else 1):
+        if creepage is None and moving.any():
+            creepages, limit = fleet.grip(ahead, np.abs(speed), direction * motor - braking)
+            beyond = np.isnan(creepages) & moving
+            refused = {
+                i: ValueError(beyond_grip(float(demand[i]), float(direction[i] * limit[i])))
+                for i in np.flatnonzero(beyond).tolist()
+            }
+            creepages = direction * np.where(moving & ~beyond, creepages, 0.0)
+        omega = (speed + creepages * np.maximum(np.abs(speed), slowest)) / radius
+        states["omega_left"] = states["omega_right"] = omega
+        if padded:
+            braking = states["brake_torque"] * fleet.evaluate(inputs, states)["pad_friction"]
     fleet.settle(inputs, states)
-    _twist(scenarios, fleet, inputs, states, creepages)
+    _twist(scenarios, fleet, inputs, states, creepages, braking)
     return Start(states, torque, refused)
 
 
@@ -84,6 +91,7 @@ def _twist(
     inputs: Any,
     states: Any,
     creepage: FloatArray,
+    braking: FloatArray,
 ) -> None:
     """Twist elastic axles and shafts such that both wheels keep their creepage."""
     if not any(scenario.drivetrain.vibrations for scenario in scenarios):
@@ -105,5 +113,5 @@ def _twist(
         lost += 0.5 * wheelset.damping * states["omega_left"][i]
         lost += 0.5 * wheelset.inertia * gained
         given = axle.drive_share * torque
-        given -= 0.5 * states["brake_torque"][i] * states["pads_left"][i]
+        given -= 0.5 * braking[i] * states["pads_left"][i]
         states["twist"][i] = (given - lost) / axle.stiffness

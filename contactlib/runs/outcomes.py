@@ -256,7 +256,7 @@ def _air_used(v: DrivetrainArrays) -> Accumulator:
         return _share(v.total(falls.value()), v.total(demand.value()))
 
     largest = Extremes(lambda rows: rows.brake_demand)
-    return Combined(share, Falls(_signal("brake_torque")), largest)
+    return Combined(share, Falls(lambda rows: rows.applied), largest)
 
 
 OUTCOMES: Mapping[str, Outcome] = MappingProxyType(

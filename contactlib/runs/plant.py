@@ -39,6 +39,7 @@ from contactlib.runs.line import Line
 from contactlib.runs.sand import NO_SANDER, Delayed, Sanders
 from contactlib.runs.signals import (
     OF_BRAKES,
+    OF_PADS,
     OF_SAND,
     OF_SHAFTS,
     OF_TRACKS,
@@ -534,8 +535,8 @@ class Plant:
         shafts = all(train.motor.rotor_inertia is not None for train in self.trains)
         pressures = not np.isnan(self.pressure_per_torque).any()
         sanded = any(train.sanding is not None for train in self.trains)
-        present = shafts, pressures, sanded, self.has_limits
-        more = compress((OF_SHAFTS, OF_BRAKES, OF_SAND, OF_TRACKS), present)
+        present = shafts, pressures, self.padded, sanded, self.has_limits
+        more = compress((OF_SHAFTS, OF_BRAKES, OF_PADS, OF_SAND, OF_TRACKS), present)
         return {**UNITS, **units(*more)}
 
     @cached_property
@@ -543,6 +544,11 @@ class Plant:
         """That of each axle's brake [Pa/(N.m)]; nan if not known."""
         brakes = (train.brake for train in self.trains)
         return np.array([brake.pressure_per_torque if brake else np.nan for brake in brakes])
+
+    @cached_property
+    def padded(self) -> bool:
+        """Whether the friction of a brake's pads changes."""
+        return any(train.brake and train.brake.pads for train in self.trains)
 
     @property
     def time(self) -> float:

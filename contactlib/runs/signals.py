@@ -36,6 +36,10 @@ class Source(Protocol):
     def pressure_per_torque(self) -> FloatArray:
         """Pressure in each brake's cylinder over its torque [Pa/(N.m)]."""
 
+    @property
+    def padded(self) -> bool:
+        """Whether the friction of a brake's pads changes."""
+
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """Speed limits of the tracks at distances of shape (rows, n) [m/s]."""
 
@@ -73,7 +77,9 @@ SIGNALS = {  # of sampled runs, in this order; `Block` computes those that the k
     "loss_work": Signal("J", "work of the damping"),
     "stored_energy": Signal("J", "kinetic energy, and that of twisted axle and shaft"),
     "energy_defect": Signal("J", "error of the energy balance"),
-    "brake_torque": Signal("N.m", "torque of the brake against the rotation"),
+    "brake_torque": Signal(
+        "N.m", "torque of the brake against turning wheels, at its pads' friction"
+    ),
     "measured_speed": Signal("m/s", "vehicle speed that the controllers get"),
 }
 SHARED = ("speed", "acceleration", "speed_limit")  # by the axles of a vehicle
@@ -83,6 +89,9 @@ OF_SHAFTS = {  # of drivetrains whose motor has a shaft
 }
 OF_BRAKES = {  # of drivetrains whose brake has a pressure
     "cylinder_pressure": Signal("Pa", "pressure in the brake cylinder"),
+}
+OF_PADS = {  # of drivetrains whose brake has a table of its pads' friction
+    "pad_friction": Signal("1", "friction of the brake's pads over the nominal one, both wheels"),
 }
 OF_SAND = {  # of drivetrains with sanding
     "sand": Signal("1", "part of its whole effect that sand on the rails has"),
@@ -181,6 +190,7 @@ def long_name(name: str) -> str:
         **SIGNALS,
         **OF_SHAFTS,
         **OF_BRAKES,
+        **OF_PADS,
         **OF_SAND,
         **OF_TRACKS,
         **CONTINUOUS,
@@ -294,7 +304,11 @@ class Block:
         return self._source.speed_limit(self["distance"])
 
     def _cylinder_pressure(self) -> FloatArray:
-        return np.asarray(self._source.pressure_per_torque * self["brake_torque"])
+        return np.asarray(self._source.pressure_per_torque * self._states["brake_torque"])
+
+    def _brake_torque(self) -> FloatArray:
+        friction = self["pad_friction"] if self._source.padded else 1.0
+        return np.asarray(friction * self._states["brake_torque"])
 
     def _creepage(self) -> FloatArray:
         return 0.5 * (self["creepage_left"] + self["creepage_right"])

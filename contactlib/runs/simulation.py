@@ -234,6 +234,7 @@ class SingleWheelset:
     measured_speed: Any = None
     sand_rate: Any = None
     pressure_per_torque: Any = None
+    padded: bool = False
 
     def speed_limit(self, distance: FloatArray) -> FloatArray:
         """No limit: continuous controllers have no track."""

@@ -62,7 +62,7 @@ class WspMemory(NamedTuple):
     wheel_speed : ndarray
         Filtered wheel speed [m/s].
     pressure : ndarray
-        Pressure in the brake cylinder, as the brake torque that it will give [N.m].
+        Pressure in the brake cylinder, as the brake torque at nominal friction of its pads [N.m].
     slid : ndarray of bool
         Whether the pressure has not reached the demand since it was vented.
     filled, vented : ndarray

@@ -19,8 +19,9 @@ class Driver(Parameters):
         dv_p/dt + (u - v)/T >= -a,    u = v_p - min(0.3 m/s, v_p/20),    a_p = 0.85 a,
 
     so that 15 % of the largest deceleration a is left for corrections. Braking begins the lag T_b
-    of the brake before the place where v_p begins to fall, and T is 4 T_b, at least 2 s. If rails
-    or brake give less than is demanded, limits are exceeded: see the outcome ``overspeed``.
+    of the brake before the place where v_p begins to fall, and T is 4 T_b, at least 2 s. The driver
+    plans with the nominal friction of a brake's pads. If rails or brake give less than is demanded,
+    limits are exceeded: see the outcome ``overspeed``.
 
     Parameters
     ----------

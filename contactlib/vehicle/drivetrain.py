@@ -8,10 +8,13 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
+
+import numpy as np
 
 from contactlib import kernel
 from contactlib.base.quantities import Parameters, Quantity, checks_call
+from contactlib.vehicle.track import Values
 from contactlib.vehicle.wheelset import GEAR_RATIO, ROTOR_INERTIA, Wheelset
 
 LAG = Quantity("s", at_least=0.0, at_most=10.0, usual=(0.0, 1.0))  # of a motor
@@ -19,6 +22,9 @@ RESPONSE = Quantity("s", above=0.0, at_most=10.0, usual=(0.01, 5.0))  # of a bra
 PRESSURE = Quantity("Pa", above=0.0, usual=(1e4, 2e6))  # in a brake cylinder
 BRAKING = Quantity("N.m", above=0.0, usual=(10.0, 3e5))  # torque of one axle's brake
 STIFFNESS = Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))
+RIM_SPEED = Quantity("m/s", at_least=0.0, usual=(0.0, 170.0))
+PAD_FRICTION = Quantity("1", above=0.0, usual=(0.05, 5.0))  # friction of pads
+PAD_PRESSURE = Quantity("Pa", at_least=0.0, usual=(0.0, 2e6))  # in a table
 DAMPING = Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))
 
 
@@ -132,6 +138,11 @@ class Brake(Parameters):
     by the rim's speed u, with u/u_0 between -1 and 1 and u_0 = 5 mm/s. Contacts with memory stick
     too, so a braked vehicle holds on a grade. Without memory they creep: runs warn of that.
 
+    Demanded and commanded torques, `torque` and T are those at the pads' nominal friction. The
+    pads' friction over the nominal one, by the rim speed r |omega| and the pressure, multiplies T
+    at either wheel. Its lists are the columns of a table with one row for each pair of a speed and
+    a pressure, in any order; it is bilinear between these, and constant beyond.
+
     Parameters
     ----------
     fill_time : float
@@ -146,12 +157,24 @@ class Brake(Parameters):
         Pressure in the brake cylinder at which the axle's brake has `torque` [Pa]. With both, runs
         have the signal `cylinder_pressure`, and a demand may be a pressure. Default: not known.
     torque : float, optional
-        Torque of the axle's brake at `pressure` [N.m].
+        Torque of the axle's brake at `pressure` and nominal friction of its pads [N.m].
+    pad_speed : tuple of float, optional
+        Rim speeds in the table of the pads' friction, which are the vehicle's while wheels roll:
+        sliding speeds on a disc times the wheel's radius over the disc's [m/s]. Default: any.
+    pad_pressure : tuple of float, optional
+        Pressures in the brake cylinder in that table, for which `pressure` and `torque` are needed
+        [Pa]. Default: any.
+    pad_friction : tuple of float, optional
+        Friction of the pads over the nominal one in that table [1]. Default: 1.
+    pad_scale : float, optional
+        Factor on the pads' friction, such as that of wet discs; 1 / nominal friction if
+        `pad_friction` is a coefficient [1].
 
     Raises
     ------
     ValueError
-        If a value is out of range, or one of pressure and torque is given without the other.
+        If a value is out of range, one of pressure and torque is given without the other, or the
+        lists of the pads are no table.
     """
 
     fill_time: Annotated[float, RESPONSE]
@@ -159,6 +182,10 @@ class Brake(Parameters):
     delay: Annotated[float, LAG] = 0.0
     pressure: Annotated[float | None, PRESSURE] = None
     torque: Annotated[float | None, BRAKING] = None
+    pad_speed: Annotated[Values, RIM_SPEED] = ()
+    pad_pressure: Annotated[Values, PAD_PRESSURE] = ()
+    pad_friction: Annotated[Values, PAD_FRICTION] = ()
+    pad_scale: Annotated[float, PAD_FRICTION] = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -166,6 +193,43 @@ class Brake(Parameters):
             raise ValueError(
                 f"pressure = {self.pressure!r} and torque = {self.torque!r}: give both or neither"
             )
+        if self.pad_pressure and self.pressure is None:
+            raise ValueError("pad_pressure needs pressure, and torque at that pressure")
+        speeds, pressures, rows = self.pad_speed, self.pad_pressure, len(self.pad_friction)
+        if {len(speeds), len(pressures)} - {0, rows}:
+            raise ValueError(
+                f"pad_friction has {rows}, pad_speed {len(speeds)} and pad_pressure "
+                f"{len(pressures)} entries: lists that are given must have as many as pad_friction"
+            )
+        pairs = self._pad_rows
+        count = math.prod(len(set(axis)) for axis in zip(*pairs, strict=True))
+        if rows and not len(pairs) == rows == count:
+            raise ValueError(
+                f"pad_friction has {rows} entries: must have {count}, one for each pair of a "
+                "pad_speed and a pad_pressure"
+            )
+
+    @property
+    def _pad_rows(self) -> dict[tuple[float, float], float]:
+        """Friction of the pads by speed and pressure, without their factor.
+
+        To 12 digits, as 30 m/s and 108 km/h are one speed.
+        """
+        friction = self.pad_friction or (1.0,)
+        lists = (axis or (0.0,) * len(friction) for axis in (self.pad_speed, self.pad_pressure))
+        axes = ([float(f"{number:.12g}") for number in axis] for axis in lists)
+        return dict(zip(zip(*axes, strict=True), friction, strict=True))
+
+    @cached_property
+    def pads(self) -> kernel.NativePads | None:
+        """The table of the pads' friction for the kernel; None if it is always nominal."""
+        pairs, friction = zip(*sorted(self._pad_rows.items()), strict=True)
+        scaled = self.pad_scale * np.array(friction)
+        if (scaled == 1.0).all():
+            return None
+        speed, pressure = (np.unique(axis) for axis in zip(*pairs, strict=True))
+        torque = pressure / self.pressure_per_torque if self.pad_pressure else pressure
+        return kernel.NativePads(speed, torque, scaled.reshape(speed.size, pressure.size))
 
     @property
     def pressure_per_torque(self) -> float:
@@ -177,14 +241,11 @@ class Brake(Parameters):
     def from_times(
         cls,
         *,
-        vent_time: Annotated[float, RESPONSE],
         fill_time: Annotated[float | None, RESPONSE] = None,
         build_up_time: Annotated[float | None, replace(RESPONSE, at_most=30.0)] = None,
-        delay: Annotated[float, LAG] = delay,
-        pressure: Annotated[float | None, PRESSURE] = pressure,
-        torque: Annotated[float | None, BRAKING] = torque,
+        **others: Any,
     ) -> Brake:
-        """Make the brake from its time constants or build-up time; the others are its fields.
+        """Make the brake from its filling or build-up time; the others are its fields.
 
         Parameters
         ----------
@@ -207,13 +268,7 @@ class Brake(Parameters):
             raise ValueError(
                 f"fill_time = {fill_time!r} and build_up_time = {build_up_time!r}: give one of them"
             )
-        return cls(
-            fill_time=fill_time or (build_up_time or 0.0) / math.log(20.0),
-            vent_time=vent_time,
-            delay=delay,
-            pressure=pressure,
-            torque=torque,
-        )
+        return cls(fill_time=fill_time or (build_up_time or 0.0) / math.log(20.0), **others)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -377,7 +432,8 @@ class Drivetrain(Parameters):
         """Return this drivetrain on a track as a member of a `kernel.NativeFleet`."""
         contact, drivetrain = self._parameters
         body, table = self.without_rotor, self.wheelset.element.table.native
-        return kernel.NativeMember(table, contact, drivetrain, body.parameters, track)
+        pads = self.brake.pads if self.brake else None
+        return kernel.NativeMember(table, contact, drivetrain, body.parameters, track, pads)
 
     @cached_property
     def native(self) -> kernel.NativeFleet:

@@ -35,7 +35,7 @@ typedef struct {
     rolling_memory left;  /* of the wheels' contacts with memory under twice the load */
     rolling_memory right; /* likewise */
     double drive_torque;  /* of the motor, at the axle [N.m] */
-    double brake_torque;  /* of the turning axle, against its rotation [N.m] */
+    double brake_torque;  /* of the turning axle, against its rotation, at pad friction 1 [N.m] */
     double pads_left;     /* how far the wheel has carried its brake's pads along, over what they */
     double pads_right;    /* give before they slide: 1 on a wheel that turns forward, -1 backward */
     double motor_omega;   /* of the rotor [rad/s] */
@@ -72,9 +72,18 @@ typedef struct {
     double drive_torque;      /* of motor and brake [N.m] */
     double axle_torque;       /* from left to right, damping included [N.m] */
     double shaft_torque;      /* from the rotor to the axle, likewise [N.m] */
+    double pad_friction;      /* mean of both wheels' brakes, 1 without a table [1] */
     double speed_rate;        /* [m/s2] */
     double stored_energy;     /* kinetic energy and that of the twisted axle and shaft [J] */
 } drivetrain_output;
+
+/* Friction of a brake's pads over that for which its torque is given, bilinear between speeds of
+ * the rim and torques at that friction, which both rise; constant beyond. */
+typedef struct {
+    size_t speeds, torques;
+    const double *speed, *torque; /* [m/s, N.m] */
+    const double *friction;       /* at each speed those at all torques [1] */
+} pad_table;
 
 /* One drivetrain of many. If rails is NULL, the input gives friction, slope and grade. */
 typedef struct {
@@ -82,6 +91,7 @@ typedef struct {
     const force_element_parameters *contact;
     const drivetrain_parameters *drivetrain;
     const track *rails;
+    const pad_table *pads; /* NULL: their friction is constant */
     contact_scales scales; /* of the contact at its nominal load */
 } drivetrain_member;
 

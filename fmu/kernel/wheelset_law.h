@@ -55,9 +55,10 @@ static const double PADS_DAMP = 5e-3; /* speed from which the damping is full [m
 
 /* Part of the brake's torque that acts against a wheel, -1 to 1, and its derivatives. It is that of
  * the pads, which a turning wheel carries along until they slide: dpads/dt = (u - |u| pads)/give.
- */
+ * Where the pads' friction changes, part is multiplied by it, and so may be larger. */
 typedef struct {
     double part, by_omega, by_pads; /* [1], [s], [1] */
+    double by_torque;               /* derivative of part times torque [1] */
     double pads_rate, rate_by_omega, rate_by_pads;
 } braking;
 
@@ -71,6 +72,7 @@ ALWAYS_INLINE braking braking_of(double radius, double omega, double pads) {
     braking found = {held + left * along,
                      left * along_slope,
                      held == pads ? 1.0 - pads * along : 0.0,
+                     held + left * along,
                      rim / PADS_GIVE - pace * pads,
                      (1.0 - sign * pads) * radius / PADS_GIVE,
                      -pace};

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from brake_pads import GIVE
+from scipy.interpolate import RegularGridInterpolator
 
 import contactlib as cl
+from contactlib import kernel
 from contactlib.traction import OpenLoop, Sensors, total_delay
 from contactlib.vehicle import Axle, Brake, Motor, Resistance
 
@@ -52,7 +55,8 @@ def test_a_brake_with_one_time_constant_is_a_motor_s_lag() -> None:
 
 def test_a_brake_that_is_not_applied_changes_no_bit() -> None:
     case = braking(None, Motor(lag=0.01, power=3e5, torque_rate=4e4), demand=cl.Profile.of(2e4))
-    with_brake = replace(case, drivetrain=replace(case.drivetrain, brake=BRAKE))
+    brake = replace(BRAKE, pad_scale=0.5)
+    with_brake = replace(case, drivetrain=replace(case.drivetrain, brake=brake))
     plain, other = run(case), run(with_brake)
     for signal in plain.signals:
         assert np.array_equal(plain[signal], other[signal], equal_nan=True), signal
@@ -162,6 +166,7 @@ def test_the_motor_s_limits_are_not_the_brake_s() -> None:
 def test_many_are_one_by_one() -> None:
     delays = (0.0, 0.04, 0.1)
     cases = [braking(replace(BRAKE, delay=delay)) for delay in delays] + [braking(None)]
+    cases += [braking(replace(BRAKE, pad_speed=(0.0, 20.0), pad_friction=(1.2, 0.8)))]
     together = cl.Plant(cases)
     singles = [cl.Plant(case) for case in cases]
     for k in range(200):
@@ -197,7 +202,73 @@ def test_a_stop_may_begin_with_its_demand() -> None:
     np.testing.assert_allclose(applied["drive_torque"], -9e3, rtol=1e-9)
 
 
-@pytest.mark.parametrize("key", ["fill_time", "vent_time", "delay"])
-def test_limits(key: str) -> None:
-    with pytest.raises(ValueError, match=rf"^Brake\.{key} = -1.0 is out of range: must be .* 0"):
-        replace(BRAKE, **{key: -1.0})
+def test_friction_of_pads_is_bilinear_between_the_points_of_its_table() -> None:
+    """As SciPy's, of both wheels; constant beyond."""
+    rng = np.random.default_rng(5)
+    speed, pressure, friction = (0.0, 3.0, 20.0, 50.0), (5e4, 2e5, 4e5), rng.uniform(0.5, 1.5, 12)
+    rows = list(zip(*np.array([(v, p) for v in speed for p in pressure]).T, friction, strict=True))
+    v, p, mu = zip(*(rows[i] for i in rng.permutation(12)), strict=True)
+    brake = replace(BRAKE, pressure=4e5, torque=1e4, pad_scale=0.7)
+    brake = replace(brake, pad_speed=v, pad_pressure=p, pad_friction=mu)
+    train = replace(braking(brake).drivetrain, axle=Axle(stiffness=6e6))
+    states = np.zeros((500, 1), kernel.drivetrain_dtype("state"))
+    rim, torque = rng.uniform(-70.0, 70.0, (2, 500, 1)), rng.uniform(0.0, 1.2e4, (500, 1))
+    states["omega_left"], states["omega_right"] = rim / train.wheelset.radius
+    states["brake_torque"], states["pads_left"], states["pads_right"] = torque, *np.sign(rim)
+    there = train.native.evaluate(np.ones_like(states, kernel.drivetrain_dtype("input")), states)
+    inside = np.clip(np.abs(rim), 0.0, 50.0), np.clip(torque / 1e4 * 4e5, 5e4, 4e5)
+    found = 0.7 * RegularGridInterpolator((speed, pressure), friction.reshape(4, 3))(inside)
+    np.testing.assert_allclose(there["pad_friction"], found.mean(axis=0), rtol=1e-12)
+    acting = 1.0 - torque * (np.sign(rim) * found).mean(axis=0)  # 1 N.m is commanded
+    np.testing.assert_allclose(there["drive_torque"], acting, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_stop_with_pads_is_that_of_a_point_mass(sign: float) -> None:
+    """Whose friction falls with speed, in closed form: dv/dt = -k (1.3 - 0.02 s/m v)."""
+    brake = replace(BRAKE, pad_speed=(30.0, 0.0), pad_friction=(0.7, 1.3))
+    stiff = cl.Track(slope=cl.Profile.of(100.0))  # so that wheels roll
+    case = braking(brake, demand=cl.Profile.of(-8e3), initial_speed=sign * 15.0, track=stiff)
+    body = replace(case.drivetrain.wheelset, damping=0.0, resistance=Resistance())
+    case = replace(case, drivetrain=replace(case.drivetrain, wheelset=body), duration=24.0)
+    stop = cl.run_scenario(case, "open_loop", step=0.01)
+    assert body.mass is not None
+    k, rest = 8e3 / (body.radius * (body.mass + body.inertia / body.radius**2)), 1.3 / 0.02
+    moves = stop.time < np.log(rest / (rest - 15.0)) / (0.02 * k) - 0.1
+    speed = rest - (rest - 15.0) * np.exp(0.02 * k * stop.time[moves])
+    np.testing.assert_allclose(sign * stop["speed"][moves], speed, atol=15.0 * 1e-4)
+    friction = 1.3 - 0.02 * np.abs(body.radius * stop["omega"])
+    np.testing.assert_allclose(stop["brake_torque"], 8e3 * friction, rtol=1e-9)
+    assert np.abs(stop["energy_defect"]).max() < 1e-8 * np.abs(stop["drive_work"]).max()
+    assert abs(stop["speed"][-1]) < 1e-5  # stands
+
+
+def test_pads_of_half_the_friction_need_twice_the_torque() -> None:
+    """Through a stop, and while they hold the vehicle on a grade."""
+    case = on_grade(0.03, initial_speed=1.0, start="released", duration=5.0)
+    train = case.drivetrain
+    weak = replace(train, brake=replace(BRAKE, pad_scale=0.5))
+    twice = replace(case, drivetrain=weak, demand=cl.Profile.of(-1.6e4))
+    plain, other = run(case), run(twice)
+    assert np.ptp(plain["distance"][-100:]) < 1e-6  # it holds
+    for signal in ("speed", "omega", "creep_force", "drive_torque", "brake_torque"):
+        np.testing.assert_allclose(other[signal], plain[signal], atol=1e-5 * plain[signal].max())
+    for one, two in zip(cl.metrics(plain, train), cl.metrics(other, weak), strict=True):
+        assert two == pytest.approx(one, rel=1e-4, abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        *(({key: -1.0}, rf"^Brake\.{key} = -1.0 is out of .* 0") for key in ("fill_time", "delay")),
+        ({"vent_time": -1.0}, r"^Brake\.vent_time = -1.0 is out of range: must be .* 0"),
+        ({"pad_speed": (0.0, 9.0)}, "pad_friction has 0, pad_speed 2 and pad_pressure 0 entries"),
+        ({"pad_pressure": (0.0,), "pad_friction": (1.0,)}, "pad_pressure needs pressure"),
+        ({"pad_speed": (1.0, 1.0), "pad_friction": (1.0, 2.0)}, "has 2 entries: must have 1"),
+        ({"pad_friction": (0.0,)}, r"Brake.pad_friction = 0.0 is out .* > 0"),
+        ({"pad_scale": 0.0}, r"Brake.pad_scale = 0.0 is out .* > 0"),
+    ],
+)
+def test_limits(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(BRAKE, **changes)
