@@ -34,6 +34,11 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
             "scenario.drivetrain.motor has an elastic shaft: shafts of an FMU are rigid; leave out "
             "rotor and shaft of [motor]"
         )
+    if train.brake is not None and train.brake.pads is not None:
+        raise ValueError(
+            "scenario.drivetrain.brake has pads: in an FMU their friction is nominal; leave out "
+            "the keys of [brake] that begin with pad, and let the tool multiply brake_torque"
+        )
     if train.sanding is not None:
         raise ValueError(
             "scenario.drivetrain.sanding: an FMU has no sand of its own; leave out [sanding], and "

@@ -27,7 +27,7 @@ from contactlib.base.quantities import FloatArray
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.runs.plant import Runs, timing
 from contactlib.traction import Sensors
-from contactlib.vehicle import Axle, Motor
+from contactlib.vehicle import Axle, Brake, Motor
 
 OUTPUTS = (
     *("axle_load", "creepage", "creep_force", "drive_torque", "omega", "available_force"),
@@ -485,6 +485,8 @@ def test_export_refuses_what_a_vehicle_s_fmu_cannot_be(
     train = replace(scenario.drivetrain, axle=Axle(stiffness=1e7))
     shaft = Motor(rotor_inertia=10.0, shaft_stiffness=1e6)
     shafted = replace(scenario.drivetrain, motor=shaft)
+    pads = Brake(fill_time=0.25, vent_time=0.12, pad_speed=(0.0, 9.0), pad_friction=(1.2, 0.8))
+    padded = replace(scenario.drivetrain, brake=pads)
     for wrong, options, message in (
         (scenario, {"wheels": 2}, "a vehicle has the axles of its scenario"),
         (scenario, {"kind": "wheelset"}, "needs a Model: expected one, got a Scenario"),
@@ -492,6 +494,7 @@ def test_export_refuses_what_a_vehicle_s_fmu_cannot_be(
         (braked_vehicle(wheelset, 2, load_lag=0.0), {}, "vehicle.load_lag = 0.0 must be > 0"),
         (replace(scenario, drivetrain=train), {}, "drivetrain.axle is elastic"),
         (replace(scenario, drivetrain=shafted), {}, "drivetrain.motor has an elastic shaft"),
+        (replace(scenario, drivetrain=padded), {}, "drivetrain.brake has pads: in an FMU"),
         (plain_scenario(wheelset), {}, r"scenario.vehicle = None: .* needs a scenario with"),
     ):
         given: Any = options
