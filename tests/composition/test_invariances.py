@@ -91,7 +91,17 @@ FEATURES: Mapping[str, Sections] = {
     "axle": {"axle": {"stiffness": 6e6, "damping": 400.0, "drive_share": 0.7}},
     "motor": {"motor": {"lag": 0.01, "power": 4e5, "torque_rate": 3e5}},
     "brake": {
-        "brake": {"delay": 0.04, "fill_time": 0.15, "vent_time": 0.1},
+        "brake": {
+            "delay": 0.04,
+            "fill_time": 0.15,
+            "vent_time": 0.1,
+            "pressure": 3e5,
+            "torque": 2e4,
+            "pad_speed": [0.0, 30.0, 30.0, 0.0],
+            "pad_pressure": [0.0, 0.0, 4e5, 4e5],
+            "pad_friction": [1.3, 1.1, 0.8, 1.0],
+            "pad_scale": 0.9,
+        },
         "demand": {"torque": [-4e3, -22e3]},
     },
     "rails": {"track": {**PATCH, **RIGHT}},

@@ -83,6 +83,17 @@ OF_SCENARIO: dict[str, Feature] = {
         }
     ),
     "brake": Feature(sections={"brake": {"delay": 0.04, "fill_time": 0.25, "vent_time": 0.12}}),
+    "friction of brake pads": Feature(
+        sections={
+            "brake": {
+                "delay": 0.04,
+                "fill_time": 0.25,
+                "vent_time": 0.12,
+                "pads": "pads.csv",
+                "pad_scale": 0.9,
+            }
+        }
+    ),
     "sanding": Feature(sections={"sanding": {"friction": 1.5, "slope": 0.8}}),
     "map": Feature(sections={"track": {"map": "map.csv", "start": 1000.0}}),
     "largest traction coefficients": Feature(
@@ -105,6 +116,7 @@ OF_SCENARIO: dict[str, Feature] = {
     ),
 }
 FEATURES = {"nothing else": Feature(), **OF_VEHICLE, **OF_SCENARIO}
+PADS = "speed [km/h],friction\n0,1.3\n36,1.0\n100,0.6\n"
 MAP = "distance,friction\n1000,1.0\n1001,0.6\n1003,0.8\n"
 
 
@@ -129,6 +141,7 @@ class Case:
         self.feature, self.folder = feature, folder
         (folder / "curve.csv").write_text(CURVE)
         (folder / "map.csv").write_text(MAP)
+        (folder / "pads.csv").write_text(PADS)
         vehicle = tomllib.loads((package_folder("models") / feature.vehicle).read_text())
         if "law" in feature.changes and feature.changes["law"]["kind"] == "measured":
             del vehicle["friction"], vehicle["wheelset"]["saturation_creepage"]
