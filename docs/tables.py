@@ -33,6 +33,7 @@ from contactlib.files.scenario import SECTIONS as OF_SCENARIO
 from contactlib.files.sections import LAWS, VEHICLE_SECTIONS, Keys
 from contactlib.runs.signals import (
     OF_BRAKES,
+    OF_PADS,
     OF_SAND,
     OF_SHAFTS,
     OF_TRACKS,
@@ -208,7 +209,7 @@ def outcomes(of: str) -> str:
 
 def signals(of: str) -> str:
     """Signals of every run, or those of the contact."""
-    of_runs = SIGNALS | OF_SHAFTS | OF_BRAKES | OF_SAND | OF_TRACKS
+    of_runs = SIGNALS | OF_SHAFTS | OF_BRAKES | OF_PADS | OF_SAND | OF_TRACKS
     known = of_contacts() if of == "contacts" else of_runs
     both = "".join(f", `_{side}`" for side in SIDES)
     rows = [
