@@ -64,7 +64,7 @@ ADVANCE = """async (contact, parameters, drivetrain, input, state, patch, torque
   });
 }"""
 STEPS = 400  # of 1 ms
-FREE = {"brake_fill_time": 0.0, "brake_vent_time": 0.0}
+FREE = {"brake_fill_time": 0.0, "brake_vent_time": 0.0, "sand_friction": 1.0, "sand_slope": 1.0}
 STIFF = {"motor_inertia": 0.0, "shaft_stiffness": 0.0, "shaft_damping": 0.0, **FREE}
 TWISTED = {"motor_inertia": 120.0, "shaft_stiffness": 1e6, "shaft_damping": 100.0, **FREE}
 RIGID = {"axle_stiffness": 0.0, "axle_damping": 0.0, "drive_share": 0.5, "motor_lag": 0.0, **STIFF}
