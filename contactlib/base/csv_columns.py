@@ -5,13 +5,14 @@ from __future__ import annotations
 import codecs
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
 
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
+from contactlib.base.units import unit_value
 
 PREAMBLE = 200  # lines that may come before the columns
 GAPS = 8  # lines that a message names
@@ -58,6 +59,20 @@ def name_and_unit(cell: str) -> tuple[str, str]:
     """Name and unit of a column: ``slip [%]`` and ``slip %`` are slip in per cent."""
     match = re.fullmatch(r"(.*\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\s([%\u2030]))", cell)
     return (match[1], match[2] or match[3] or match[4] or "") if match else (cell, "")
+
+
+def units_below(
+    cells: Sequence[str], places: Sequence[int], known: Iterable[str]
+) -> list[str] | None:
+    """Units of some columns in a row below the names; None if the row is not one of units.
+
+    `known` has the SI units of the columns. A cell may be empty.
+    """
+    below = [cells[place] if place < len(cells) else "" for place in places]
+    units, si = [cell.strip("[]()") for cell in below], set(known)
+    named = any(cell and cell_number(cell) is None for cell in below)  # 1 alone may be a number
+    right = all(not unit or any(unit_value(unit, one) for one in si) for unit in units)
+    return units if named and right else None
 
 
 def cell_number(cell: str) -> float | None:
@@ -110,12 +125,13 @@ def csv_numbers(
     width: int,
     places: Sequence[int],
     names: Sequence[str],
+    blank: str = "",
 ) -> FloatArray:
-    """Numbers of the chosen columns, a row for each line."""
+    """Numbers of the chosen columns, a row for each line; a blank cell is the number `blank`."""
     whole = "".join(chain.from_iterable(cells for _, cells in body))
     if whole.isascii() and set(whole).isdisjoint("_,") and {len(c) for _, c in body} == {width}:
         with suppress(ValueError):  # a tenth of the time of what follows, which names the cell
-            return np.array([[float(cells[place]) for place in places] for _, cells in body])
+            return np.array([[float(cells[p] or blank) for p in places] for _, cells in body])
     table = np.empty((len(body), len(places)))
     signs: dict[str, int] = {}  # line of the first decimal sign of each kind
     for i, (line, cells) in enumerate(body):
@@ -126,9 +142,9 @@ def csv_numbers(
                 + (hint if len(cells) == 2 * width else "")
             )
         for j, (place, name) in enumerate(zip(places, names, strict=True)):
-            value = cell_number(cells[place])
+            value = cell_number(cells[place] or blank)
             if value is None:
-                others = _others(body[i:], places)
+                others = _others(body[i:], places, blank)
                 raise ValueError(f"line {line}: {name} = {cells[place]!r} is not a number{others}")
             for sign in ".,":
                 if sign in cells[place]:
@@ -142,12 +158,12 @@ def csv_numbers(
     return table
 
 
-def _others(body: Sequence[tuple[int, list[str]]], places: Sequence[int]) -> str:
+def _others(body: Sequence[tuple[int, list[str]]], places: Sequence[int], blank: str) -> str:
     """End of a message on the first of the lines without a number, which names the others."""
     lines = [
         str(line)
         for line, cells in body[1:]
-        if any(place < len(cells) and cell_number(cells[place]) is None for place in places)
+        if any(p < len(cells) and cell_number(cells[p] or blank) is None for p in places)
     ]
     if not lines:
         return ""

@@ -6,6 +6,7 @@ pint, tried for this, reads "24 kNm" as a textile unit, "1,5 %" as 0.15 and neve
 
 from __future__ import annotations
 
+import math
 import re
 
 STANDARD_GRAVITY = 9.80665  # m/s2
@@ -16,6 +17,7 @@ UNITS = {
     "m": {"km": 1e3, "mi": 1609.344, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
     "1/s": {"1/min": 1.0 / 60.0},
+    "rad/s": {"1/min": 2.0 * math.pi / 60.0, "rpm": 2.0 * math.pi / 60.0},
     "kg": {"t": 1e3},
     "kg.m2": {"t.m2": 1e3},
     "N": {"kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605},
@@ -52,6 +54,7 @@ SPELLINGS = (
     (r"^(?:percent|per\.cent)$", "%"),
     (r"^(?:\u2030|per\.?mill?e?|promille|mm/m)$", "permille"),
     (r"^miles?$", "mi"),
+    (r"^min(?:-1|\u207b\u00b9)$", "1/min"),
     (r"^(?:\u00b0\.?|deg\.)?C(?:elsius)?$", "degC"),
     (r"^-?$", "1"),
 )

@@ -19,6 +19,7 @@ from contactlib.base.csv_columns import (
     decoded,
     name_and_unit,
     preamble_of,
+    units_below,
 )
 from contactlib.base.quantities import (
     FINITE,
@@ -291,12 +292,8 @@ def _read_columns(
     units = ["" if headless else name_and_unit(head[place])[1] for place in places]
     body = rows if headless else rows[1:]
     if body and not headless:
-        first = [body[0][1][place] if place < len(body[0][1]) else "" for place in places]
-        # 1 alone may be a number.
-        named = any(cell and cell_number(cell) is None for cell in first)
-        if named and all(_is_unit(cell.strip("[]()")) for cell in first):
-            units = [cell.strip("[]()") for cell in first]
-            body = body[1:]
+        below = units_below(body[0][1], places, (*SI.values(), "N"))
+        units, body = (below, body[1:]) if below else (units, body)
     if not body:
         raise ValueError(f"line {line}: no data after the columns' names")
     for name in ("axle_load", "friction_scale"):  # of a table for several
@@ -348,11 +345,6 @@ def _read_columns(
             f"{shown_names[0]} = {float(table[against, 0])!r} have opposite signs: {ONE_SIGN}"
         )
     return numbers, lines, bool(units[0] or creepage_unit)
-
-
-def _is_unit(cell: str) -> bool:
-    """Whether a cell is a unit of some column, or empty: not a number."""
-    return not cell or any(unit_value(cell, si) is not None for si in (*SI.values(), "N"))
 
 
 def _place(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from contactlib.base.units import STANDARD_GRAVITY, UNITS, in_si, unit_value
@@ -43,6 +45,7 @@ SAME = {
     ),
     ("N", 4.4482216152605): ("1 lbf",),
     ("1/s", 0.5): ("0.5 1/s", "30 1/min"),
+    ("rad/s", 10.0 * math.pi): ("300 rpm", "300 1/min", "300 min^-1", "300 min\u207b\u00b9"),
     ("K", 600.0): ("600 K", "600 delta_degC", "1080 delta_degF"),
     ("1/(N.m)", 1e-3): ("0.001 1/(N.m)", "1 1/(kN m)", "1 1/(kNm)"),
 }
