@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # the public names and their modules; each is imported at its
     from contactlib import figures as figures
     from contactlib import files as files
     from contactlib import laws as laws
+    from contactlib import logs as logs
     from contactlib import runs as runs
     from contactlib import stability as stability
     from contactlib import table as table

@@ -352,6 +352,81 @@ def stops(
 
 
 @main.command()
+@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("scenario")
+@click.option(
+    "--column",
+    "columns",
+    metavar="NAME=HEADER",
+    multiple=True,
+    help="Header in LOG of a column such as omega_1, drive_torque_2 or speed. Repeatable.",
+)
+@click.option(
+    "--control",
+    help="Controller of SCENARIO for the run on these rails. Default: the first.",
+)
+@click.option(
+    "--draws",
+    type=Whole(4, 1000),
+    default=32,
+    show_default=True,
+    help="Maps to draw that are as probable as the log makes them.",
+)
+@drawing_options
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder for rails.csv, track.csv, rails.txt and figure. Default: contactlib-rails-LOG.",
+)
+def rails(
+    log: Path,
+    scenario: str,
+    columns: tuple[str, ...],
+    control: str | None,
+    draws: int,
+    output: Path | None,
+    formats: tuple[str, ...],
+) -> None:
+    """Estimate friction along the rails from LOG, a CSV file of a run, and SCENARIO, its vehicle.
+
+    The columns of LOG are those of a run's own time series: time [s], drive_torque_1 [N.m],
+    omega_1 [rad/s], speed [m/s] and others. track.csv is a map for [track] of a scenario.
+    """
+    from contactlib.files.scenario import load_scenario
+    from contactlib.logs import estimate_rails, read_log
+
+    named = {}
+    for column in columns:
+        name, sign, header = column.partition("=")
+        if not sign:
+            raise ValueError(f"--column {column} must be NAME=HEADER")
+        named[name] = header
+    loaded = with_progress(lambda progress: load_scenario(scenario, progress=progress))
+    if control is not None:
+        loaded.controller(control)  # refuses a name that is not known
+    read = read_log(log, loaded, named)
+    folder, reporter = output or Path(f"contactlib-rails-{log.stem}"), ConsoleReporter()
+    with reporter.countdown("Estimating", Pace()) as progress:
+        estimate = estimate_rails(read, loaded, draws=draws, progress=progress)
+    estimate.write(folder)
+    with reporter.step("Running the scenario on these rails, and drawing"):
+        from contactlib.figures import rails_from_log, save_pictures
+
+        replayed = estimate.replayed(control)
+        title = f"{loaded.name}: friction behind {log.name}"
+        caption = (
+            "Band: 90 %. Grey: the log tells a lower bound at most. Wheel speeds: orange from "
+        )
+        caption += "the log, blue from the run on these rails."
+        figure = rails_from_log(estimate, replayed, title=title, caption=caption)
+        save_pictures(figure, folder, "rails", formats)
+    for line in estimate.summary().splitlines():
+        reporter.line(line)
+    reporter.line(f"Friction is in {folder / 'rails.csv'}, a map of it in {folder / 'track.csv'}")
+
+
+@main.command()
 @click.argument("scenario")
 @click.argument("controllers", metavar="[CONTROLLER]...", nargs=-1)
 @click.option(

@@ -17,6 +17,7 @@ from contactlib.figures.paper import (
     figure_6,
 )
 from contactlib.figures.patch import contact_patches
+from contactlib.figures.rails import rails_from_log
 from contactlib.figures.runs import creep_curve, fold_diagram, time_histories
 from contactlib.figures.scenario import Units, comparison, run_name, scenario_run
 from contactlib.figures.stability import STABILITY_FIGURES
@@ -50,6 +51,7 @@ __all__ = [
     "fold_diagram",
     "map_figure",
     "page_size",
+    "rails_from_log",
     "run_diagram",
     "run_name",
     "save",

@@ -22,6 +22,7 @@ ROOMS = [
     "traction",
     "files",
     "runs",
+    "logs",
     "rl",
     "figures",
     "export",

@@ -1,0 +1,327 @@
+"""Friction along the rails behind a log, by forward-backward sums over a grid of it.
+
+Where a wheel uses little of its friction its motion gives a lower bound only, and friction may have
+jumped. No normal distribution around the most probable values shows either; probabilities on a grid
+do. All axles run on the same rails: each tells of a place when it gets there. What the axles in
+front have cleaned is taken back, if the scenario's slip cleans rails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from contactlib.base.quantities import FloatArray
+from contactlib.logs.motion import DEGREES, LogErrors, Motion, Rows
+from contactlib.vehicle.track import Track
+
+Places: TypeAlias = NDArray[np.intp]
+
+BLOCK = 0.05  # over which means are taken [s]
+GRID = np.linspace(-3.5, 1.3, 121)  # logarithms of the friction factor
+TAILS = 8.0  # degrees of freedom of the distribution of a force
+SAME_RAILS = 200.0  # mean way on rails of one kind [m]
+OF_FORCE = 0.01  # standard deviation of the force of the law, over friction times load
+SLIDING = (
+    0.3  # rim speed below which a wheel may be locked, and the brake's torque is not known [m/s]
+)
+
+
+class Means(NamedTuple):
+    """Means over blocks of time, shape (blocks, axles), and the blocks' times, shape (blocks,)."""
+
+    time: FloatArray
+    omega: FloatArray
+    speed: FloatArray
+    load: FloatArray
+    torque: FloatArray
+    place: FloatArray
+
+
+def block_size(rows: Rows) -> int:
+    """Number of rows in a block."""
+    return max(1, round(BLOCK / float(rows.time[1] - rows.time[0])))
+
+
+def means(rows: Rows, omega: FloatArray, speed: FloatArray, behind: FloatArray) -> Means:
+    """Means of a log over blocks, with the angular velocities and the speed that are found."""
+    each = block_size(rows)
+    count = -(-len(speed) // each)
+    last = np.minimum(np.arange(count * each), len(speed) - 1)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(values[last].reshape(count, each, -1).mean(axis=1))
+
+    place = mean(rows.distance) - behind
+    return Means(
+        time=mean(rows.time)[:, 0],
+        omega=mean(omega),
+        speed=mean(speed),
+        load=mean(rows.load),
+        torque=mean(rows.torque),
+        place=place,
+    )
+
+
+def walk(errors: LogErrors, way: float) -> FloatArray:
+    """Probabilities of the grid's values after a way [m], shape (from, to).
+
+    Friction walks, or is on other rails altogether, as on average every `SAME_RAILS` metres.
+    """
+    jump = (GRID[:, np.newaxis] - GRID) / (errors.friction_change * np.sqrt(way))
+    density = (1.0 + jump**2 / DEGREES) ** (-0.5 * (DEGREES + 1.0))
+    other = level(errors)
+    new = -np.expm1(-way / SAME_RAILS)
+    return np.asarray((1.0 - new) * density / density.sum(axis=1, keepdims=True) + new * other)
+
+
+def level(errors: LogErrors) -> FloatArray:
+    """Probabilities of the grid's values where nothing is known."""
+    density = np.exp(-0.5 * (GRID / errors.friction) ** 2)
+    return np.asarray(density / density.sum())
+
+
+def likelihoods(
+    motion: Motion, at: Means, constants: FloatArray, radius_error: float = 0.0
+) -> FloatArray:
+    """Logarithms of the probabilities of the forces at each friction: (blocks, axles, grid).
+
+    The force of an axle is its torque less what turns it; the law gives that of each friction.
+    """
+    a, body, errors = motion.axles, motion.body, motion.errors
+    length = float(at.time[1] - at.time[0])
+    ratio, gain = np.exp(constants[:a]), np.exp(constants[a])
+    rate = np.gradient(at.omega, length, axis=0)
+    given = gain * at.torque - body.inertia * rate - body.damping * at.omega
+    given /= body.radius * ratio
+    forces = motion.forces(
+        (at.omega * ratio)[..., np.newaxis],
+        at.speed[..., np.newaxis],
+        GRID,
+        at.load[..., np.newaxis],
+    )
+    each = max(1.0, length / motion.step_size)
+    # The speed's error is common to all axles and many blocks: together they add nothing.
+    steps = errors.vehicle_speed * np.sqrt(motion.step_size)
+    lasts, speed_error = 2.0 * steps / errors.vehicle_motion, np.sqrt(steps * errors.vehicle_motion)
+    common = speed_error * np.sqrt(a * max(1.0, lasts / length))
+    own = errors.wheel_speed / np.sqrt(each)
+    turned = np.sqrt(own**2 + common**2 + (radius_error * at.speed) ** 2)
+    by_speed = forces.by_omega * (turned / body.radius)[..., np.newaxis]
+    of_rate = errors.wheel_speed * body.inertia / body.radius**2 / length
+    friction = OF_FORCE * body.element.friction.kinetic * at.load
+    unsure = np.hypot(np.hypot(of_rate, friction)[..., np.newaxis], by_speed)
+    wrong = (given[..., np.newaxis] - forces.value) / unsure
+    found = -0.5 * (TAILS + 1.0) * np.log1p(wrong**2 / TAILS)
+    turns = np.abs(at.omega) * body.radius > SLIDING
+    return np.asarray(np.where(turns[..., np.newaxis], found, 0.0))
+
+
+def free_speed(motion: Motion) -> FloatArray:
+    """Speed by its sensor and by the torques, without the law, so that no friction is assumed."""
+    rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
+    h, omega = motion.step_size, motion.states[:, :a]
+    ratio, gain = np.exp(motion.constants[:a]), np.exp(motion.constants[a])
+    force = gain * rows.torque - body.damping * omega
+    force = (force - body.inertia * np.gradient(omega, h, axis=0)) / (body.radius * ratio)
+    net = force.sum(axis=1) - motion.resistance(motion.states[:, a])[0]
+    gained = 0.5 * h / motion.mass * (net[1:] + net[:-1])
+    moves, sees = 1.0 / (errors.vehicle_motion**2 * h), errors.vehicle_speed**-2
+    known = np.isfinite(rows.speed)
+    bands = np.zeros((2, motion.count))
+    bands[0] = sees * known
+    bands[0, 1:] += moves
+    bands[0, :-1] += moves
+    bands[1, :-1] = -moves
+    right = sees * np.where(known, rows.speed, 0.0)
+    right[1:] += moves * gained
+    right[:-1] -= moves * gained
+    return np.asarray(solveh_banded(bands, right, lower=True))
+
+
+def first_guess(motion: Motion, behind: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """States and constants from which to search the most probable ones.
+
+    Where little friction is used the creepage hardly depends on friction, which shows the radii.
+    Dynamic programming then finds the most probable friction on the grid, axle by axle.
+    """
+    rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
+    omega, speed = filled(rows.omega), filled(rows.speed[:, np.newaxis])[:, 0]
+    at = means(rows, omega, speed, behind)
+    length = float(at.time[1] - at.time[0])
+    rate = np.gradient(at.omega, length, axis=0)
+    given = (at.torque - body.inertia * rate - body.damping * at.omega) / body.radius
+    slips = np.linspace(-0.01, 0.01, 201)
+    moving = np.maximum(np.abs(at.speed), body.element.minimum_speed)[..., np.newaxis]
+    load = at.load[..., np.newaxis]
+    steady = motion.forces((1.0 + slips) * moving / body.radius, moving, np.zeros(1), load).value
+    creepage = slips[np.abs(steady - given[..., np.newaxis]).argmin(axis=-1)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.log(np.abs((1.0 + creepage) * at.speed / (at.omega * body.radius)))
+    use = np.abs(given) / at.load
+    free = (use <= np.maximum(np.quantile(use, 0.1, axis=0), 0.01)) & np.isfinite(ratio)
+    choice = np.linspace(-3.0, 3.0, 121)[:, np.newaxis, np.newaxis] * errors.radius
+    width = 0.001 + np.hypot(errors.wheel_speed, errors.vehicle_speed) / np.maximum(
+        np.abs(at.speed), 0.1
+    )
+    near = np.exp(-0.5 * ((np.where(free, ratio, np.inf) - choice) / width) ** 2) / width
+    known = near.sum(axis=1) * np.exp(-0.5 * (choice[:, 0] / errors.radius) ** 2)
+    radii = choice[known.argmax(axis=0), 0, 0]
+    constants = np.append(radii, 0.0)
+    found = likelihoods(motion, at, constants, radius_error=0.1 * errors.radius)
+    way = np.maximum(np.abs(np.diff(at.place[:, 0])), 0.01)
+    step = np.log(walk(errors, float(way.mean())))
+    best = np.zeros(found.shape, dtype=np.uint8)
+    total = found[0] - 0.5 * (GRID / errors.friction) ** 2
+    for j in range(1, len(found)):
+        every = total[..., np.newaxis] + step
+        best[j] = every.argmax(axis=-2)
+        total = every.max(axis=-2) + found[j]
+    axles, k = np.arange(a), total.argmax(axis=-1)
+    chosen = np.empty(at.omega.shape)
+    for j in range(len(found) - 1, -1, -1):
+        chosen[j] = GRID[k]
+        k = best[j, axles, k]
+    friction = np.repeat(chosen, block_size(rows), axis=0)[: motion.count]
+    return np.column_stack([omega, speed, friction]), constants
+
+
+def filled(values: FloatArray) -> FloatArray:
+    """Columns whose nan are interpolated."""
+    made = values.copy()
+    places = np.arange(len(values))
+    for column in made.T:
+        known = np.isfinite(column)
+        column[:] = np.interp(places, places[known], column[known]) if known.any() else 0.0
+    return made
+
+
+class Rails:
+    """Sections of the rails that the axles of a log have met.
+
+    Parameters
+    ----------
+    at : Means
+        Motion of the axles.
+    errors : LogErrors
+        How friction changes.
+    spacing : float
+        Length of the sections [m].
+    """
+
+    def __init__(self, at: Means, errors: LogErrors, spacing: float) -> None:
+        low, high = float(at.place.min()), float(at.place.max())
+        count = max(2, int(np.ceil((high - low) / spacing)))
+        self.edges = low + spacing * np.arange(count + 1)
+        self.place = 0.5 * (self.edges[1:] + self.edges[:-1])
+        self._step, self._first = walk(errors, spacing), level(errors)
+        ends = np.vstack([at.place, 2.0 * at.place[-1] - at.place[-2]])
+        self._parts = [self._sections(ends[:, axle]) for axle in range(at.place.shape[1])]
+
+    def _sections(self, ends: FloatArray) -> tuple[Places, Places, FloatArray]:
+        """Blocks and sections that overlap, and which part of the block's way the section is."""
+        low, high = np.minimum(ends[:-1], ends[1:]), np.maximum(ends[:-1], ends[1:])
+        last = self.place.size - 1
+        first = np.clip(np.searchsorted(self.edges, low, side="right") - 1, 0, last)
+        until = np.clip(np.searchsorted(self.edges, high, side="left") - 1, first, last)
+        counts = until - first + 1
+        blocks = np.repeat(np.arange(low.size), counts)
+        starts = np.repeat(np.cumsum(counts) - counts, counts)
+        sections = np.repeat(first, counts) + np.arange(blocks.size) - starts
+        over = np.minimum(high[blocks], self.edges[sections + 1])
+        over = over - np.maximum(low[blocks], self.edges[sections])
+        way = np.maximum(high - low, 1e-9)[blocks]
+        return blocks, sections, np.where(counts[blocks] == 1, 1.0, np.maximum(over, 0.0) / way)
+
+    def mean_of(self, values: FloatArray, axle: int) -> FloatArray:
+        """Means over the way in each section of an axle's values (blocks,); 0 where it was not."""
+        blocks, sections, part = self._parts[axle]
+        total, weight = np.zeros(self.place.size), np.zeros(self.place.size)
+        np.add.at(total, sections, part * values[blocks])
+        np.add.at(weight, sections, part)
+        return np.asarray(total / np.maximum(weight, 1e-9))
+
+    def collected(self, likelihood: FloatArray, axles: Iterable[int]) -> FloatArray:
+        """Sum of the likelihoods (blocks, axles, grid) of axles in each section."""
+        total = np.zeros((self.place.size, GRID.size))
+        for axle in axles:
+            blocks, sections, part = self._parts[axle]
+            np.add.at(total, sections, part[:, np.newaxis] * likelihood[blocks, axle])
+        return total
+
+    def smoothed(
+        self, likelihood: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Probabilities in each section (n, grid), and a draw of the logarithms (n,)."""
+        like = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
+        ahead, back = np.empty_like(like), np.empty_like(like)
+        now = self._first * like[0]
+        ahead[0] = now / now.sum()
+        for j in range(1, len(like)):
+            now = (ahead[j - 1] @ self._step) * like[j]
+            ahead[j] = now / now.sum()
+        back[-1] = 1.0
+        for j in range(len(like) - 2, -1, -1):
+            now = self._step @ (back[j + 1] * like[j + 1])
+            back[j] = now / now.max()
+        both = ahead * back
+        chances, draw = rng.random(len(like)), np.empty(len(like))
+        weights = ahead[-1]
+        for j in range(len(like) - 1, -1, -1):
+            total = np.cumsum(weights)
+            k = min(int(np.searchsorted(total, chances[j] * total[-1])), GRID.size - 1)
+            draw[j] = GRID[k]
+            if j:
+                weights = ahead[j - 1] * self._step[:, k]
+        return both / both.sum(axis=-1, keepdims=True), draw
+
+
+def slip_works(motion: Motion, at: Means, rails: Rails) -> FloatArray:
+    """Slip work per length of one rail up to and with each axle [J/m], shape (blocks, axles).
+
+    As in runs: that of the axles in front in the same place, and the axle's own.
+    """
+    a, body = motion.axles, motion.body
+    ratio, gain = np.exp(motion.constants[:a]), np.exp(motion.constants[a])
+    rate = np.gradient(at.omega, float(at.time[1] - at.time[0]), axis=0)
+    force = gain * at.torque - body.inertia * rate - body.damping * at.omega
+    force /= body.radius * ratio
+    slip = at.omega * body.radius * ratio - at.speed
+    pace = np.maximum(np.abs(at.speed), body.element.minimum_speed)
+    own = 0.5 * np.maximum(force * slip, 0.0) / pace
+    done, works = np.zeros(rails.place.size), np.empty_like(own)
+    order = range(a) if at.place[-1, 0] >= at.place[0, 0] else range(a - 1, -1, -1)
+    for axle in order:
+        works[:, axle] = own[:, axle] + np.interp(at.place[:, axle], rails.place, done)
+        done += rails.mean_of(own[:, axle], axle)
+    return works
+
+
+def cleaned_before(track: Track, work: FloatArray, likelihood: FloatArray) -> FloatArray:
+    """Likelihoods of the friction before slip cleaned the rails, from those of what was met.
+
+    Parameters
+    ----------
+    track : Track
+        Its cleaning and recovered factor.
+    work : ndarray, shape (blocks, axles)
+        Slip work per length of one rail that has been done there [J/m].
+    likelihood : ndarray, shape (blocks, axles, grid)
+        Logarithms.
+    """
+    if track.cleaning == 0.0:
+        return likelihood
+    shape = np.broadcast_shapes(work[..., np.newaxis].shape, GRID.shape)
+    factor, done = (
+        np.broadcast_to(np.exp(GRID), shape),
+        np.broadcast_to(work[..., np.newaxis], shape),
+    )
+    met = (np.log(track.cleaned(factor, done)) - GRID[0]) / (GRID[1] - GRID[0])
+    low = np.clip(met.astype(int), 0, GRID.size - 2)
+    part = np.clip(met - low, 0.0, 1.0)
+    below, above = (np.take_along_axis(likelihood, low + i, axis=-1) for i in (0, 1))
+    return np.asarray((1.0 - part) * below + part * above)
