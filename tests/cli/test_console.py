@@ -15,7 +15,8 @@ from contactlib.cli.console import in_unit
 UNUSUAL = ("1_0", "\u0661\u0660", "\uff11\uff10", "1\u0660", "1e\u0661")
 # Options whose value is a text, and those that are lists of numbers, which the command reads.
 TEXTS = {"author", "cluster", "control", "controller", "controllers", "kind", "model", "output"}
-TEXTS |= {"also", "files", "per_wheel", "platforms", "scenario", "signals", "sweep", "version"}
+TEXTS |= {"also", "columns", "file", "files", "log", "per_wheel", "platforms", "scenario"}
+TEXTS |= {"signals", "sweep", "version"}
 LISTS = {"friction_scale", "load", "speed"}
 
 
@@ -32,8 +33,9 @@ def test_numbers_have_ascii_digits() -> None:
                     assert f"{option.opts[0]} = {text!r}" in error
                 continue
             for text in UNUSUAL:
+                given = text if option.nargs == 1 else [text] * option.nargs
                 with pytest.raises((click.BadParameter, ValueError), match=re.escape(text)):
-                    option.process_value(context, text)
+                    option.process_value(context, given)
             numbers.add(option.name)
     assert numbers >= {"chunk", "error", "seed", "seeds", "trials", "workers"}
 

@@ -22,14 +22,14 @@ def noisy(scenario: cl.Scenario, controller: str, seed: int) -> tuple[Log, list[
     rows = slice(None, None, round(0.01 / run.time[1]))
     true = Log.of(run)
     omega, radius = true.omega[rows], scenario.drivetrain.wheelset.radius
-    larger, gain = rng.normal(0.0, 0.005, omega.shape[1]), rng.normal(0.0, 0.02)
+    larger, gain = rng.normal(0.0, 0.005, omega.shape[1]), float(rng.normal(0.0, 0.02))
     log = Log(
         time=run.time[rows],
         drive_torque=true.drive_torque[rows] * np.exp(-gain),
         omega=(omega + rng.normal(0.0, 0.01 / radius, omega.shape)) * np.exp(-larger),
         speed=run["speed"][rows] + rng.normal(0.0, 0.02, run.time[rows].shape),
     )
-    return log, [*larger.tolist(), gain]
+    return log, [*(float(one) for one in np.atleast_1d(larger)), gain]
 
 
 @cache
