@@ -271,6 +271,7 @@ def estimate_rails(
     errors = LogErrors() if errors is None else errors
     motion = Motion(scenario, log.rows(scenario), errors)
     behind = np.array(scenario.position)
+    progress(0.0)
     motion.solve(*first_guess(motion, behind))
     progress(0.5)
     a, track = motion.axles, scenario.rails

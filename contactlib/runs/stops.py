@@ -394,7 +394,8 @@ def _axis(
 def _duration(scenario: Scenario) -> tuple[float, str]:
     """Duration for the slowest stop [s], and the reason in words."""
     body, friction = scenario.drivetrain.wheelset, scenario.drivetrain.wheelset.element.friction
-    lowest = scenario.rails.lowest[0] * friction.kinetic * min(LEVELS) * LOWEST
+    rails = scenario.rails_at(scenario.initial_speed)
+    lowest = rails.lowest[0] * friction.kinetic * min(LEVELS) * LOWEST
     force = min(-min(scenario.demand.value) / body.radius, lowest * scenario.static_load)
     moved = scenario.axles * (body.mass or math.inf)
     slowest = force * float(scenario.shares_of_demand[1].sum()) / moved

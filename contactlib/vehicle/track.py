@@ -34,7 +34,7 @@ Unit = Literal["factor", "coefficient", "adhesion"]  # of friction over distance
 TIME = Quantity("s", at_least=0.0)  # of a breakpoint
 KEEPING = Limits(at_least=1e-6, at_most=1e3)  # deceleration that keeps limits of speed [m/s2]
 SQUARED = Limits(at_least=-1e6, at_most=1e6)  # speeds [m/s]
-ALONG = Limits(at_least=-1e9, at_most=1e9)  # places and lengths [m]
+ALONG = Limits(at_least=-1e12, at_most=1e12)  # places [m], or times from 1970 [s]
 
 
 @dataclass(frozen=True)

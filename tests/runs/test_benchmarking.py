@@ -25,7 +25,7 @@ from contactlib.traction import Measurement
 
 PAGE = ROOT / "docs" / "howto" / "benchmark.md"
 INPUTS = {
-    2: "efe2d5da3eebfbb459f9acb5cfc7c65159d4266a03a13100d3d9c7f506cd8bd5"
+    2: "730f96fce2267076496b14aa66fc824f697fb1854f8a826c25bd772d883c96a0"
 }  # digest of what a version runs
 
 
@@ -33,7 +33,11 @@ def test_what_the_benchmark_runs_changes_with_its_version() -> None:
     """Scores of one version can be compared: a change of a scenario needs a new version."""
     files = (*WHOLE.files, "locomotive")
     texts = [Path(cl.files.model_path(f"{file}.toml")).read_text() for file in files]
-    tracks = [repr([run.track for run in runs]) for runs in benchmark_scenarios(small=True)]
+    plain = vars(cl.Track())
+    tracks = [
+        repr([{k: v for k, v in vars(run.track).items() if v != plain[k]} for run in runs])
+        for runs in benchmark_scenarios(small=True)
+    ]  # new numbers of all tracks, such as a variation, change nothing as long as nobody gives them
     whole = json.dumps([*map(tomllib.loads, texts), WHOLE, RANGES, tracks], sort_keys=True)
     assert INPUTS[VERSION] == hashlib.sha256(whole.encode()).hexdigest()
 
