@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 
 from contactlib.base.quantities import FloatArray
-from contactlib.base.units import unit_value
+from contactlib.base.units import not_in, unit_value
 
 PREAMBLE = 200  # lines that may come before the columns
 GAPS = 8  # lines that a message names
@@ -73,6 +73,14 @@ def units_below(
     named = any(cell and cell_number(cell) is None for cell in below)  # 1 alone may be a number
     right = all(not unit or any(unit_value(unit, one) for one in si) for unit in units)
     return units if named and right else None
+
+
+def unit_factor(line: int, name: str, unit: str, si: str) -> float:
+    """Factor on a column in a unit, which may be empty, for its numbers in SI units."""
+    factor = unit_value(unit, si) if unit else 1.0
+    if factor is None:
+        raise ValueError(f"line {line}: {name} {not_in(unit, si)}")
+    return factor
 
 
 def cell_number(cell: str) -> float | None:

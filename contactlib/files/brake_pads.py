@@ -5,9 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from contactlib.base.csv_columns import csv_numbers, csv_rows, decoded, name_and_unit, preamble_of
+from contactlib.base.csv_columns import (
+    csv_numbers,
+    csv_rows,
+    decoded,
+    name_and_unit,
+    preamble_of,
+    unit_factor,
+)
 from contactlib.base.text import known_names
-from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.files.reading import file_beside, in_file, note_warning, subsection, text
 from contactlib.vehicle.drivetrain import Brake
@@ -50,9 +56,7 @@ def _read(path: Path) -> dict[str, list[float]]:
         if f"pad_{name}" in table:
             raise ValueError(f"line {line}: two columns {name!r}")
         si = keys[f"pad_{name}"].unit
-        factor = unit_value(unit, si) if unit else 1.0
-        if factor is None:
-            raise ValueError(f"line {line}: {name} {not_in(unit, si)}")
+        factor = unit_factor(line, name, unit, si)
         table[f"pad_{name}"] = (factor * column).tolist()
     return table
 

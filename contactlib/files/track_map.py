@@ -17,10 +17,10 @@ from contactlib.base.csv_columns import (
     decoded,
     name_and_unit,
     preamble_of,
+    unit_factor,
 )
 from contactlib.base.quantities import declared
 from contactlib.base.text import known_names
-from contactlib.base.units import not_in, unit_value
 from contactlib.base.writing import read_small
 from contactlib.files.rail_conditions import found_condition, placeholder_lists
 from contactlib.files.reading import file_beside, in_file, note_warning, text
@@ -94,9 +94,7 @@ def read_track_map(path: Path, *, sections: bool = False) -> dict[str, Any]:
                 zero = body[int(np.flatnonzero(column == 0.0)[0])][0]
                 raise ValueError(f"line {zero}: {cell} must not be 0; write 'level' where it is")
             column, unit = 1.0 / column, ""
-        factor = unit_value(unit, limits.unit) if unit else 1.0
-        if factor is None:
-            raise ValueError(f"line {line}: {name} {not_in(unit, limits.unit)}")
+        factor = unit_factor(line, name, unit, limits.unit)
         if name == "slope" and factor != 1.0:
             raise ValueError(f"line {line}: {cell} has a unit; {GRADIENT}")
         if name == "speed_limit" and not unit:

@@ -19,6 +19,7 @@ from contactlib.base.csv_columns import (
     decoded,
     name_and_unit,
     preamble_of,
+    unit_factor,
     units_below,
 )
 from contactlib.base.quantities import (
@@ -32,7 +33,7 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.base.text import known_names, printable_line
-from contactlib.base.units import not_in, unit_value
+from contactlib.base.units import unit_value
 from contactlib.base.writing import read_small
 from contactlib.laws.hertz import WHEEL_LOAD
 from contactlib.laws.zero_offset import zero_offset
@@ -326,9 +327,7 @@ def _read_columns(
             raise ValueError(f"line {line}: is {name} in per cent? then set creepage_unit = '%'")
         force = kind == "traction_coefficient" and load is not None
         si = "N" if force else SI[kind]
-        factor = unit_value(unit, si) if unit else 1.0
-        if factor is None:
-            raise ValueError(f"line {line}: {name} {not_in(unit, si)}")
+        factor = unit_factor(line, name, unit, si)
         if force and load is not None:
             factor /= load
         limits = POSITIVE if kind == "speed" else FINITE

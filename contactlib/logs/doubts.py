@@ -12,6 +12,7 @@ from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.files.scenario import Scenario
 from contactlib.logs.friction import SLIDING
 from contactlib.logs.motion import Rows
+from contactlib.vehicle.wheelset import davis
 
 SLOWEST = 1.0  # speed above which a log shows creepage [m/s]
 LITTLE = 0.01  # creep force over load that is about none
@@ -66,7 +67,7 @@ def doubts(
         return  # wheels alone do not show how a sliding vehicle moves
     own = body.resistance
     given = rows.torque.mean(axis=1) / body.radius / body.mass
-    needed = (own.constant + (own.linear + own.quadratic * speed) * speed) / body.mass
+    needed = davis(own, speed)[0] / body.mass
     needed = needed + STANDARD_GRAVITY * (rows.grade + own.grade)
     needed += given - force.mean(axis=1) / body.mass  # what turns the axles
     turns = ~(np.abs(rim) < SLIDING).any(axis=1)  # else a brake holds a part of its torque

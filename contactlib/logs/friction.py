@@ -8,7 +8,6 @@ front have cleaned is taken back, if the scenario's slip cleans rails.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from contactlib.base.quantities import FloatArray
-from contactlib.logs.motion import DEGREES, LogErrors, Motion, Rows
+from contactlib.logs.motion import DEGREES, LogErrors, Motion, Rows, force_of
 from contactlib.vehicle.track import Track
 
 Places: TypeAlias = NDArray[np.intp]
@@ -26,9 +25,7 @@ GRID = np.linspace(-3.5, 1.3, 121)  # logarithms of the friction factor
 TAILS = 8.0  # degrees of freedom of the distribution of a force
 SAME_RAILS = 200.0  # mean way on rails of one kind [m]
 OF_FORCE = 0.01  # standard deviation of the force of the law, over friction times load
-SLIDING = (
-    0.3  # rim speed below which a wheel may be locked, and the brake's torque is not known [m/s]
-)
+SLIDING = 0.3  # rim speed below which a wheel may be locked: its brake may hold it [m/s]
 
 
 class Means(NamedTuple):
@@ -40,6 +37,16 @@ class Means(NamedTuple):
     load: FloatArray
     torque: FloatArray
     place: FloatArray
+
+    @property
+    def length(self) -> float:
+        """Time from block to block [s]."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def rate(self) -> FloatArray:
+        """Angular accelerations [rad/s2]."""
+        return np.gradient(self.omega, self.length, axis=0)
 
 
 def block_size(rows: Rows) -> int:
@@ -93,11 +100,8 @@ def likelihoods(
     The force of an axle is its torque less what turns it; the law gives that of each friction.
     """
     a, body, errors = motion.axles, motion.body, motion.errors
-    length = float(at.time[1] - at.time[0])
-    ratio, gain = np.exp(constants[:a]), np.exp(constants[a])
-    rate = np.gradient(at.omega, length, axis=0)
-    given = gain * at.torque - body.inertia * rate - body.damping * at.omega
-    given /= body.radius * ratio
+    length, ratio = at.length, np.exp(constants[:a])
+    given = force_of(body, at.torque, at.omega, at.rate, constants)
     forces = motion.forces(
         (at.omega * ratio)[..., np.newaxis],
         at.speed[..., np.newaxis],
@@ -125,9 +129,8 @@ def free_speed(motion: Motion) -> FloatArray:
     """Speed by its sensor and by the torques, without the law, so that no friction is assumed."""
     rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
     h, omega = motion.step_size, motion.states[:, :a]
-    ratio, gain = np.exp(motion.constants[:a]), np.exp(motion.constants[a])
-    force = gain * rows.torque - body.damping * omega
-    force = (force - body.inertia * np.gradient(omega, h, axis=0)) / (body.radius * ratio)
+    rate = np.gradient(omega, h, axis=0)
+    force = force_of(body, rows.torque, omega, rate, motion.constants)
     net = force.sum(axis=1) - motion.resistance(motion.states[:, a])[0]
     gained = 0.5 * h / motion.mass * (net[1:] + net[:-1])
     moves, sees = 1.0 / (errors.vehicle_motion**2 * h), errors.vehicle_speed**-2
@@ -152,9 +155,7 @@ def first_guess(motion: Motion, behind: FloatArray) -> tuple[FloatArray, FloatAr
     rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
     omega, speed = filled(rows.omega), filled(rows.speed[:, np.newaxis])[:, 0]
     at = means(rows, omega, speed, behind)
-    length = float(at.time[1] - at.time[0])
-    rate = np.gradient(at.omega, length, axis=0)
-    given = (at.torque - body.inertia * rate - body.damping * at.omega) / body.radius
+    given = force_of(body, at.torque, at.omega, at.rate)
     slips = np.linspace(-0.01, 0.01, 201)
     moving = np.maximum(np.abs(at.speed), body.element.minimum_speed)[..., np.newaxis]
     load = at.load[..., np.newaxis]
@@ -245,39 +246,42 @@ class Rails:
         np.add.at(weight, sections, part)
         return np.asarray(total / np.maximum(weight, 1e-9))
 
-    def collected(self, likelihood: FloatArray, axles: Iterable[int]) -> FloatArray:
-        """Sum of the likelihoods (blocks, axles, grid) of axles in each section."""
-        total = np.zeros((self.place.size, GRID.size))
-        for axle in axles:
-            blocks, sections, part = self._parts[axle]
-            np.add.at(total, sections, part[:, np.newaxis] * likelihood[blocks, axle])
+    def collected(self, likelihood: FloatArray) -> FloatArray:
+        """Sums of the likelihoods (blocks, axles, grid) of each axle in each section."""
+        total = np.zeros((self.place.size, *likelihood.shape[1:]))
+        for axle, (blocks, sections, part) in enumerate(self._parts):
+            found = part[:, np.newaxis] * likelihood[blocks, axle]
+            np.add.at(total[:, axle], sections, found)
         return total
 
-    def smoothed(
-        self, likelihood: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        """Probabilities in each section (n, grid), and a draw of the logarithms (n,)."""
-        like = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
-        ahead, back = np.empty_like(like), np.empty_like(like)
-        now = self._first * like[0]
-        ahead[0] = now / now.sum()
-        for j in range(1, len(like)):
-            now = (ahead[j - 1] @ self._step) * like[j]
-            ahead[j] = now / now.sum()
-        back[-1] = 1.0
-        for j in range(len(like) - 2, -1, -1):
-            now = self._step @ (back[j + 1] * like[j + 1])
-            back[j] = now / now.max()
-        both = ahead * back
-        chances, draw = rng.random(len(like)), np.empty(len(like))
+    def ahead(self, likelihood: FloatArray) -> FloatArray:
+        """Probabilities in each section by what is before it and there, (n, ..., grid)."""
+        found: FloatArray = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
+        now: FloatArray = self._first
+        for j, like in enumerate(found):
+            now = (now @ self._step if j else now) * like
+            found[j] = now = now / now.sum(axis=-1, keepdims=True)
+        return found
+
+    def smoothed(self, ahead: FloatArray) -> FloatArray:
+        """Probabilities in each section by all of them, from those `ahead`: the backward pass."""
+        found = ahead.copy()
+        for j in range(len(found) - 2, -1, -1):
+            expected = np.maximum(ahead[j] @ self._step, 1e-300)
+            found[j] *= (found[j + 1] / expected) @ self._step.T
+        return np.asarray(found / found.sum(axis=-1, keepdims=True))
+
+    def drawn(self, ahead: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """A draw of the logarithms in all sections, from their probabilities `ahead` (n, grid)."""
+        chances, draw = rng.random(len(ahead)), np.empty(len(ahead))
         weights = ahead[-1]
-        for j in range(len(like) - 1, -1, -1):
+        for j in range(len(ahead) - 1, -1, -1):
             total = np.cumsum(weights)
             k = min(int(np.searchsorted(total, chances[j] * total[-1])), GRID.size - 1)
             draw[j] = GRID[k]
             if j:
                 weights = ahead[j - 1] * self._step[:, k]
-        return both / both.sum(axis=-1, keepdims=True), draw
+        return draw
 
 
 def slip_works(motion: Motion, at: Means, rails: Rails) -> FloatArray:
@@ -286,11 +290,8 @@ def slip_works(motion: Motion, at: Means, rails: Rails) -> FloatArray:
     As in runs: that of the axles in front in the same place, and the axle's own.
     """
     a, body = motion.axles, motion.body
-    ratio, gain = np.exp(motion.constants[:a]), np.exp(motion.constants[a])
-    rate = np.gradient(at.omega, float(at.time[1] - at.time[0]), axis=0)
-    force = gain * at.torque - body.inertia * rate - body.damping * at.omega
-    force /= body.radius * ratio
-    slip = at.omega * body.radius * ratio - at.speed
+    force = force_of(body, at.torque, at.omega, at.rate, motion.constants)
+    slip = at.omega * body.radius * np.exp(motion.constants[:a]) - at.speed
     pace = np.maximum(np.abs(at.speed), body.element.minimum_speed)
     own = 0.5 * np.maximum(force * slip, 0.0) / pace
     done, works = np.zeros(rails.place.size), np.empty_like(own)

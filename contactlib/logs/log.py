@@ -16,6 +16,7 @@ from contactlib.base.csv_columns import (
     decoded,
     name_and_unit,
     preamble_of,
+    unit_factor,
     units_below,
 )
 from contactlib.base.quantities import (
@@ -28,12 +29,12 @@ from contactlib.base.quantities import (
     warn,
 )
 from contactlib.base.text import known_names, printable_line
-from contactlib.base.units import STANDARD_GRAVITY, not_in, unit_value
+from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.base.writing import read_small
 from contactlib.files.scenario import Scenario
 from contactlib.logs.doubts import LITTLE, OF_TRAIN, SLOWEST, doubts, smooth
 from contactlib.logs.friction import SLIDING, filled
-from contactlib.logs.motion import Rows
+from contactlib.logs.motion import Rows, force_of
 from contactlib.runs.result import Result
 from contactlib.vehicle.track import Profile
 
@@ -199,7 +200,7 @@ class Log:
         way = filled(way[:, np.newaxis])[:, 0]
         grade = under = scenario.track.grade(way[:, np.newaxis] - scenario.position).mean(axis=1)
         rate = smooth(turning, step, OF_WHEELS, derivative=1)
-        force = (torque - body.inertia * rate - body.damping * turning) / body.radius
+        force = force_of(body, torque, turning, rate)
         load = np.full_like(omega, scenario.static_load)
         if vehicle is not None:
             gain = np.clip(smooth(moved, step, OF_TRAIN, derivative=1), -limit, limit)
@@ -346,10 +347,7 @@ def _read(text: str, scenario: Scenario, columns: Mapping[str, str]) -> Log:
     table = csv_numbers(body, len(head), at, [head[i] for i in at], blank="nan")
     values: dict[str, FloatArray] = {}
     for name, column in zip(places, table.T, strict=True):
-        factor = unit_value(units[name], known[name]) if units[name] else 1.0
-        if factor is None:
-            raise ValueError(f"line {line}: {name} {not_in(units[name], known[name])}")
-        values[name] = si = factor * column
+        values[name] = si = unit_factor(line, name, units[name], known[name]) * column
         for place in np.flatnonzero(~NUMBERS.allows(si) & ((name == "time") | ~np.isnan(si)))[:1]:
             number, cell = body[place][0], head[places[name]]
             wrong = f"{cell} = {column[place]} is out of range"

@@ -22,6 +22,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.files.scenario import Scenario
+from contactlib.vehicle.wheelset import Wheelset, davis
 
 DEGREES = 3.0  # of freedom of Student's distribution
 LOWEST, HIGHEST = -5.0, 2.0  # logarithms of the friction factor that are possible
@@ -70,6 +71,24 @@ class LogErrors(Parameters):
     friction: Annotated[float, SPREAD] = 0.7
     radius: Annotated[float, SPREAD] = 0.005
     torque: Annotated[float, SPREAD] = 0.02
+
+
+def force_of(
+    body: Wheelset,
+    torque: FloatArray,
+    omega: FloatArray,
+    rate: FloatArray,
+    constants: FloatArray | None = None,
+) -> FloatArray:
+    """Creep force that a torque leaves, (T - J domega/dt - b omega)/r [N], (n, axles).
+
+    The constants are the logarithms of the radii over the nominal one and of the torque over that
+    of the log. Default: zero.
+    """
+    radius, gain = np.array(body.radius), 1.0
+    if constants is not None:
+        radius, gain = body.radius * np.exp(constants[:-1]), np.exp(constants[-1])
+    return np.asarray((gain * torque - body.inertia * rate - body.damping * omega) / radius)
 
 
 class Rows(NamedTuple):
@@ -214,11 +233,10 @@ class Motion:
 
     def resistance(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force against the vehicle [N], and its derivative."""
-        own, size = self.body.resistance, np.abs(speed)
-        davis = own.constant * np.sign(speed) + (own.linear + own.quadratic * size) * speed
+        own = self.body.resistance
+        force, slope = davis(own, speed)
         weight = self.mass * STANDARD_GRAVITY * (self.rows.grade + own.grade)
-        slope = self.axles * (own.linear + 2.0 * own.quadratic * size)
-        return self.axles * davis + weight, slope
+        return self.axles * force + weight, self.axles * slope
 
     def _residuals(
         self, states: FloatArray, constants: FloatArray

@@ -279,33 +279,29 @@ def estimate_rails(
     rails = Rails(at, errors, spacing)
     rng = np.random.default_rng(seed)
     works = slip_works(motion, at, rails)
-    whole = np.zeros((rails.place.size, GRID.size))
-    each = np.zeros((rails.place.size, a, GRID.size))
+    found = np.zeros((rails.place.size, 1 + a, GRID.size))  # of all axles, and of each by itself
     maps = np.empty((count, rails.place.size))
     chosen = rng.multivariate_normal(motion.constants, motion.covariance, size=count)
     for i, constants in enumerate(chosen):
-        found = likelihoods(motion, at, constants)
-        clean = cleaned_before(track, works, found)
-        probability, draw = rails.smoothed(rails.collected(clean, range(a)), rng)
-        whole += probability
-        maps[i] = np.exp(draw)
-        for axle in range(a):
-            each[:, axle] += rails.smoothed(rails.collected(found, [axle]), rng)[0]
+        met = likelihoods(motion, at, constants)
+        clean = rails.collected(cleaned_before(track, works, met)).sum(axis=1, keepdims=True)
+        ahead = rails.ahead(np.concatenate([clean, rails.collected(met)], axis=1))
+        found += rails.smoothed(ahead)
+        maps[i] = np.exp(rails.drawn(ahead[:, 0], rng))
         progress(0.5 + 0.5 * (i + 1) / count)
     there = np.ones(at.time.size)
     names = [*(f"radius_{i}" for i in range(1, a + 1)), "torque"]
     spreads = np.sqrt(np.diag(motion.covariance))
-    low, median, high = (_quantile(whole, part) for part in (LOW, 0.5, HIGH))
-    by_axle = [_quantile(each, part) for part in (LOW, 0.5, HIGH)]
+    low, median, high = (_quantile(found, part) for part in (LOW, 0.5, HIGH))
     return RailsEstimate(
         scenario=scenario,
         place=rails.place,
-        low=low,
-        median=median,
-        high=high,
-        low_by_axle=by_axle[0],
-        median_by_axle=by_axle[1],
-        high_by_axle=by_axle[2],
+        low=low[:, 0],
+        median=median[:, 0],
+        high=high[:, 0],
+        low_by_axle=low[:, 1:],
+        median_by_axle=median[:, 1:],
+        high_by_axle=high[:, 1:],
         met=np.stack([rails.mean_of(there, axle) > 0.0 for axle in range(a)], axis=1),
         draws=maps,
         constants=dict(zip(names, zip(motion.constants, spreads, strict=True), strict=True)),

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contactlib.base.quantities import FloatArray
 from contactlib.base.units import STANDARD_GRAVITY
 from contactlib.files.scenario import Scenario
 from contactlib.vehicle.track import Profile
+
+OfPlace = TypeVar("OfPlace")  # what can be a key
 
 UNLIMITED = Profile.of(np.finfo(float).max)
 RESERVE = 0.85  # part of the driver's deceleration that is planned
@@ -18,6 +22,14 @@ BELOW, SHARE_BELOW = 0.3, 0.05  # how far below a speed the driver aims [m/s], a
 SHORTEST_WAY = 1e-6  # over which a mean is taken [m]
 SHORTEST = 2.0  # time constant with which the driver corrects the speed [s]
 LAGS = 4.0  # of the brake in that time constant: then the speed does not swing
+
+
+def grouped(profiles: Sequence[OfPlace]) -> list[tuple[OfPlace, NDArray[np.intp]]]:
+    """Different profiles, and the numbers of those that are equal to each."""
+    groups: dict[OfPlace, list[int]] = {}
+    for i, profile in enumerate(profiles):
+        groups.setdefault(profile, []).append(i)
+    return [(profile, np.array(numbers)) for profile, numbers in groups.items()]
 
 
 class Along:
@@ -30,10 +42,7 @@ class Along:
     """
 
     def __init__(self, profiles: Sequence[Profile]) -> None:
-        groups: dict[Profile, list[int]] = {}
-        for i, profile in enumerate(profiles):
-            groups.setdefault(profile, []).append(i)
-        self._groups = [(profile, np.array(axles)) for profile, axles in groups.items()]
+        self._groups = grouped(profiles)
 
     def __call__(self, distance: FloatArray) -> FloatArray:
         """Values at distances, shape (..., n)."""

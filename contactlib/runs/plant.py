@@ -35,7 +35,7 @@ from contactlib.base.text import USERS_ERRORS, explained, no_signal
 from contactlib.element.force_element import REFERENCE_SPEED, creepage_limits
 from contactlib.files.scenario import Scenario
 from contactlib.runs.initial_state import start
-from contactlib.runs.line import Line
+from contactlib.runs.line import Line, grouped
 from contactlib.runs.sand import NO_SANDER, Delayed, Sanders
 from contactlib.runs.signals import (
     OF_BRAKES,
@@ -84,16 +84,13 @@ class ManyProfiles:
     """
 
     def __init__(self, profiles: Sequence[Profile | DynamicLoad]) -> None:
-        distinct: dict[Profile | DynamicLoad, list[int]] = {}
-        for i, profile in enumerate(profiles):
-            distinct.setdefault(profile, []).append(i)
         self._steady = np.zeros(len(profiles))
         self._moving = []
-        for profile, places in distinct.items():
+        for profile, places in grouped(profiles):
             if isinstance(profile, Profile) and len(set(profile.value)) == 1:
                 self._steady[places] = profile.value[0]
             else:
-                self._moving.append((profile, np.array(places)))
+                self._moving.append((profile, places))
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Values at times [s], shape (times, n)."""
@@ -670,7 +667,8 @@ class Plant:
             distance, speeds = self._states["distance"], np.broadcast_to(speed, demand.shape)
             if self._line.has_driver.any():
                 demand = self._line.kept(demand, distance, speeds)
-            limit = _numbers(self._line.fading(distance))
+            if not self._line.has_driver.all():
+                limit = _numbers(self._line.fading(distance))
         if self.axles > 1:
             brakes = np.where(self._with_brake, demand < 0.0, demand * speed < 0.0)
             demand = demand * np.where(brakes, self._braked, self._driven)

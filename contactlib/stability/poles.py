@@ -32,7 +32,7 @@ from contactlib.base.quantities import (
 from contactlib.element.force_element import RangeWarning, creepage_limits
 from contactlib.vehicle.conditions import Conditions, GivenConditions, OperatingPoint
 from contactlib.vehicle.creep_curve import CreepCurve, WorstPole
-from contactlib.vehicle.wheelset import Wheelset, of_the_motion
+from contactlib.vehicle.wheelset import Wheelset, davis, of_the_motion
 
 # Reduced frequency up to which slip-away and limit cycles of the steady law are within 5 % of those
 # of a contact with memory; see `reduced_frequency`.
@@ -146,7 +146,7 @@ def _eigenvalues(
     if wheelset.mass is None:
         return np.asarray(-(b + r * by_omega) / j, dtype=np.complex128)[..., np.newaxis]
     m = wheelset.mass
-    growth = wheelset.resistance.linear + 2.0 * wheelset.resistance.quadratic * v  # F'
+    growth = davis(wheelset.resistance, v)[1]
     trace = -(b + r * by_omega) / j + (by_speed - growth) / m
     # The determinant's two products of Q' with Q' cancel and are omitted.
     determinant = (b * (growth - by_speed) + r * by_omega * growth) / (j * m)

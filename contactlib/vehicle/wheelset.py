@@ -74,6 +74,13 @@ class Resistance(Parameters):
     grade: Annotated[float, Quantity("1", at_least=-0.5, at_most=0.5)] = 0.0
 
 
+def davis(own: Resistance, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Running resistance F at speeds far from zero [N], and its slope F' [N.s/m]."""
+    size = np.abs(speed)
+    force = own.constant * np.sign(speed) + (own.linear + own.quadratic * size) * speed
+    return force, own.linear + 2.0 * own.quadratic * size
+
+
 @dataclass(frozen=True, eq=False)
 class Wheelset(Parameters):
     """Wheelset with its drive, on rails or on a roller rig.
@@ -299,7 +306,7 @@ class Wheelset(Parameters):
         inputs["omega"] = (1.0 + given[0]) * given[1] / self.radius
         for name, values in zip(("speed", "normal_load", "friction_scale"), given[1:], strict=True):
             inputs[name] = values
-        native, resistance = self.element.rolling_native, self.resistance
+        native = self.element.rolling_native
         contact: Any = native.evaluate(inputs)
         if self.element.memory:
             strength = self.element.friction.static * given[3] * given[2]
@@ -311,7 +318,7 @@ class Wheelset(Parameters):
             contact = native.evaluate(inputs)
         matrices = np.zeros((*given[0].shape, 4, 4))
         per_mass = 0.0 if self.mass is None else 1.0 / self.mass
-        growth = resistance.linear + 2.0 * resistance.quadratic * np.abs(given[1])  # F'
+        growth = davis(self.resistance, given[1])[1]
         by_memory = contact["force_by_memory"]
         forces = (
             contact["force_by_omega"],
