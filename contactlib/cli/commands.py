@@ -334,7 +334,8 @@ def stops(
         reporter.line(f"Run {repeat}: {loaded.describe(repeat)}")
         settings, names = loaded.plan.settings_of(repeat, one), list(loaded.plan.controllers)
         folder /= f"run{repeat}"
-        write_report(one, names, folder, reporter, formats, settings=settings)
+        page = {"file": f"{Path(path).name}, run {repeat}"}
+        write_report(one, names, folder, reporter, formats, diagram=page, settings=settings)
         reporter.line(f"Metrics, time series and figures are in {folder}")
         return
     results = _run_sweep(loaded, folder, **options)
@@ -347,7 +348,8 @@ def stops(
         save_pictures(figure, folder, name, formats)
     reporter.line(
         f"The summary is in {folder / loaded.stem}.summary.txt, each stop in {loaded.stem}.csv, a "
-        "figure beside it"
+        f"figure beside it. One stop again, with all signals: contactlib stops {path} --repeat N, "
+        "where N is in the column run"
     )
 
 
@@ -416,9 +418,9 @@ def rails(
         replayed = estimate.replayed(control)
         title = f"{loaded.name}: friction behind {log.name}"
         caption = (
-            "Band: 90 %. Grey: the log tells a lower bound at most. Wheel speeds: orange from "
+            "Kinetic friction coefficient; band: 90 %. Grey: the log tells a lower bound at most. "
+            "Slip speeds: orange in the log, blue in the run on these rails."
         )
-        caption += "the log, blue from the run on these rails."
         figure = rails_from_log(estimate, replayed, title=title, caption=caption)
         save_pictures(figure, folder, "rails", formats)
     for line in estimate.summary().splitlines():

@@ -52,8 +52,6 @@ Stopping distances in m: quantile ({100.0 * CONFIDENCE:g} % confidence interval 
 of {{0}} draws, the same for all stops. Runs that did not stop within their duration, or failed,
 count as longer than any other; a quantile or an end that falls there is unknown. Shares have the
 interval of Clopper and Pearson; other outcomes: mean (maximum).
-
-Repeat stop N of the CSV file's column run, with all signals: contactlib stops {{1}}.toml --repeat N
 """
 
 
@@ -197,7 +195,7 @@ def _shown(value: float, unit: str, scenario: Scenario) -> str:
 
 
 def summary_text(sweep: Sweep, stops: Sequence[Stop]) -> str:
-    """Table of the stops: quantiles, shares and other outcomes; and how to repeat one."""
+    """Table of the stops: quantiles, shares and other outcomes."""
     rows = [[*stops[0].conditions, *stops[0].numbers]]
     others = [name for name in stops[0].draws if name not in (DISTANCE, FAILED)]
     rows[0] += [name.replace("_", " ") for name in others]
@@ -211,7 +209,7 @@ def summary_text(sweep: Sweep, stops: Sequence[Stop]) -> str:
             else:
                 cells.append(Estimate(*(100.0 * x for x in number)).text(3, " %"))
         rows.append([*cells, *(_mean_and_largest(name, stop.draws[name]) for name in others)])
-    reading = READING.format(sweep.plan.draws, sweep.stem)
+    reading = READING.format(sweep.plan.draws)
     return f"{sweep.name}\n\n{fixed_width(rows)}\n{reading}"
 
 
