@@ -38,7 +38,7 @@ from contactlib.logs.motion import Rows, force_of
 from contactlib.runs.result import Result
 from contactlib.vehicle.track import Profile
 
-TORQUES = ("drive_torque", "motor_torque", "brake_torque", "brake_pressure")
+TORQUES = ("drive_torque", "motor_torque", "brake_torque", "cylinder_pressure")
 OF_AXLES = dict(zip(TORQUES, ("N.m", "N.m", "N.m", "Pa"), strict=True)) | {
     "omega": "rad/s",
     "wheel_speed": "m/s",
@@ -273,7 +273,7 @@ def read_log(
     time, speed, distance_1, and drive_torque_1, omega_1 and so on for each axle, of one axle also
     without the number. In place of omega_1 it may have wheel_speed_1, by the nominal radius; in
     place of drive_torque_1 motor_torque_1 and brake_torque_1, which is positive and acts against
-    the rotation, or brake_pressure_1, if `[brake]` of the scenario has pressure and torque. Only
+    the rotation, or cylinder_pressure_1, if `[brake]` of the scenario has pressure and torque. Only
     time, the torques of axles with a motor or brake, and one speed are needed. Numbers without a
     unit are in SI units; a blank cell is not known.
 
@@ -382,7 +382,14 @@ def _torque(
         return drive
     if braking is None and pressure is not None:
         if brake is None or brake.pressure is None:
-            raise ValueError("brake_pressure needs brake.pressure and brake.torque in the scenario")
+            raise ValueError(
+                "cylinder_pressure needs brake.pressure and brake.torque in the scenario"
+            )
+        if brake.pads is not None:
+            raise ValueError(
+                "cylinder_pressure gives no torque where the pads' friction changes: give "
+                "brake_torque, or leave out the pads in the scenario"
+            )
         braking = pressure / brake.pressure_per_torque
     if motor is None and braking is None and scenario.shares_of_demand[:, axle - 1].any():
         needed = ", ".join(f"{name}_{axle}" for name in TORQUES)

@@ -57,6 +57,7 @@ def written(folder: Path, changed: Mapping[str, Any], *, sign: str = ",") -> Pat
         columns |= new if isinstance(new, dict) else {name: new}
     text = "\n".join(sign.join(map(str, row)) for row in zip(*columns.values(), strict=True))
     text = text if sign == "," else text.replace(".", ",").replace("N,m", "N.m")
+    folder.mkdir(exist_ok=True)
     path = folder / "log.csv"
     path.write_text(f"{sign.join(columns)}\n{text}\n")
     return path
@@ -84,7 +85,7 @@ def test_the_table_of_a_run_is_its_log(tmp_path: Path, name: str) -> None:
         ({"omega": {"wheel_speed_1 [km/h]": OMEGA * 1.8}}, {}),
         ({"drive_torque": {"drive_torque_1 [kNm]": TORQUE / 1e3}}, {}),
         ({"drive_torque": {"brake_torque [N.m]": np.where(BRAKING, BRAKING, -50.0)}}, {}),
-        ({"drive_torque": {"brake_pressure_1 [bar]": BRAKING / 2e3}}, {}),
+        ({"drive_torque": {"cylinder_pressure_1 [bar]": BRAKING / 2e3}}, {}),
         ({"drive_torque": {"brake_torque": 0.5 * BRAKING, "motor_torque": 0.5 * TORQUE}}, {}),
         ({"time": {"time [ms]": 1e3 * T}, "speed": {"v": 36.0 + 3.6 * T}}, {"speed": "v [km/h]"}),
         ({name: [unit, *PLAIN[name]] for name, unit in OWN_UNITS.items()}, {}),
@@ -252,9 +253,15 @@ def test_refusals_of_files(tmp_path: Path, changed: Mapping[str, Any], message: 
 def test_other_refusals(tmp_path: Path) -> None:
     case, four = braked(), run("four_axles")[0]
     path, log = written(tmp_path, {}), line()
+    brake = case.drivetrain.brake
+    assert brake is not None
+    worn = replace(brake, pad_scale=0.5)
+    pads = replace(case, drivetrain=replace(case.drivetrain, brake=worn))
+    pressed = written(tmp_path / "pressure", {"drive_torque": {"cylinder_pressure": BRAKING}})
     calls: Mapping[str, Callable[[], object]] = {
         "no column is 'omga'; did you mean 'omega": lambda: read_log(path, case, {"omga": "x"}),
         "line 1: 0 columns 'x' in time, omega": lambda: read_log(path, case, {"omega": "x"}),
+        "gives no torque where the pads' friction changes": lambda: read_log(pressed, pads),
         "axle 1 of 4 has no torque": lambda: read_log(path, four),
         "the log has 4 axles, and the scenario 1": lambda: log.rows(case),
         "row 2: time = 1.995 s must be > 2 s": lambda: replace(log, time=log.time[::-1]),
