@@ -418,7 +418,7 @@ def rails(
         replayed = estimate.replayed(control)
         title = f"{loaded.name}: friction behind {log.name}"
         caption = (
-            "Kinetic friction coefficient; band: 90 %. Grey: the log tells a lower bound at most. "
+            "Kinetic friction coefficient; band: 90 %. Grey: the log gives a lower bound at most. "
             "Slip speeds: orange in the log, blue in the run on these rails."
         )
         figure = rails_from_log(estimate, replayed, title=title, caption=caption)

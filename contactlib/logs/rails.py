@@ -170,7 +170,7 @@ class RailsEstimate:
         """What the log tells, in words."""
         known = self.informative
         lines = [
-            f"{self.place[0]:.0f} to {self.place[-1]:.0f} m: the log tells friction within a "
+            f"{self.place[0]:.0f} to {self.place[-1]:.0f} m: the log gives friction to within a "
             f"factor of 1.5 on {100.0 * known.mean():.0f} % of the way, elsewhere a lower bound at "
             "most."
         ]

@@ -62,7 +62,7 @@ class Line:
     scenarios : sequence of Scenario
         One for each vehicle.
     sample_time : float
-        Time in which the driver looks how the speed to be kept falls [s].
+        Time over which the driver takes the fall of the speed to be kept [s].
     """
 
     def __init__(self, scenarios: Sequence[Scenario], sample_time: float) -> None:

@@ -10,7 +10,7 @@ from contactlib.base.quantities import Parameters, Quantity
 
 @dataclass(frozen=True, kw_only=True)
 class Driver(Parameters):
-    """Driver who keeps the track's speed limits by braking; the demand over time is the most.
+    """Driver who demands at most what keeps the track's speed limits, and brakes for them.
 
     The driver aims at a speed u below the highest one v_p from which the deceleration a_p keeps
     all limits ahead, and knows the running resistance and the grade: the demand is at most the
