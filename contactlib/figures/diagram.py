@@ -6,6 +6,7 @@ An axle has one look on the whole page, and names stand beside the lines.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -34,12 +35,14 @@ from contactlib.runs.outcomes import Metrics
 from contactlib.runs.result import Result
 from contactlib.runs.signals import SIDES
 from contactlib.vehicle.drivetrain import Brake
+from contactlib.vehicle.track import UNCHANGED, Profile
 
 A4, POINTS = "8.268x11.693", 8.0  # page [in], size of its text
 KMH = 3.6  # km/h in 1 m/s
 NOTICED = 0.01  # error of the speed that controllers get / highest speed, from which it is drawn
 SHOWN = 2.0  # top of the coefficients' axis / largest used ones, without peaks
 STRIPS, FEW = 4.6, 5  # height of all coefficients / the air's; axles with labels of two lines
+FILLED, MOST = np.log(20.0), 8  # time to 95 % / time constant; points of rails that are listed
 SLIPS = Limits(at_least=0.0, at_most=500.0)
 
 
@@ -69,7 +72,8 @@ def run_diagram(
     cylinders, or torque where it is not known; for each axle creep force over load, used and
     available; air vented from all cylinders, in full applications of all brakes. Vertical lines are
     at the first demand and at the stop. The heading states speed, distance, time and mean
-    deceleration (v0**2 - v1**2)/(2 s) between the two. The diagram states no verdict.
+    deceleration (v0**2 - v1**2)/(2 s) between the two; the foot states rails, brake and
+    sanders. The diagram states no verdict.
 
     Parameters
     ----------
@@ -132,7 +136,8 @@ def run_diagram(
         title: dict[str, Any] = {"x": 0.01, "ha": "left", "linespacing": 1.35}
         figure.suptitle(heading, size=sized(11), **title)
         foot = f"contactlib {version()}   {file}".rstrip()
-        text = "\n".join(filter(None, [typeset(figure, caption), foot]))
+        told = [typeset(figure, words) for words in (_settings(scenario), caption)]
+        text = "\n".join(filter(None, [*told, foot]))
         figure.supxlabel(text, size=sized(9), **title)
         name_lines(figure)
     return figure
@@ -181,6 +186,37 @@ def _heading(
     name, rig = scenario.name.replace("$", r"\$"), run_name(controller)
     over = f"{abs(way):.0f} m in {end - begin:.1f} s from the first demand{mean}"
     return f"{name}\n{what}; {rig}\n{at_first} to {to}: {over}\n{found}"
+
+
+def _settings(scenario: Scenario) -> str:
+    """Rails, brake and sanders of a scenario, as far as they are given."""
+    track, told = scenario.track, list[str]()
+    names = {"coefficient": "friction", "adhesion": "adhesion", "factor": "factor on friction"}
+    sides = (track.friction_left, track.friction_right or track.friction_left)
+    for side, profile in zip(("left rail", "right rail"), sides, strict=True):
+        if sides[0] == sides[1]:
+            side = "rails"
+        if profile != UNCHANGED:
+            told.append(f"{side}: {names[track.unit]} {_along_the_way(profile)}")
+    if (field := scenario.variation) is not None:
+        spread = f"{100.0 * field.standard_deviation:.3g} %"
+        told.append(f"which varies by {spread} over {field.correlation_length:.3g} m")
+    if (brake := scenario.drivetrain.brake) is not None:
+        times = f"{brake.delay:.3g} s of delay, then 95 % in {FILLED * brake.fill_time:.3g} s"
+        told.append(f"brake: {times}" + ", pads by a table" * (brake.pads is not None))
+    if (sand := scenario.drivetrain.sanding) is not None:
+        told.append(f"sand: {sand.friction:.3g} times the friction, laid by {sand.by}")
+    text = "; ".join(dict.fromkeys(told))
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+
+def _along_the_way(profile: Profile) -> str:
+    """Sections of a profile in words, or its range if it has ramps or many sections."""
+    points = list(pairwise(zip(profile.at, profile.value, strict=True)))
+    if len(points) > MOST or any(x < y and v != w for (x, v), (y, w) in points):
+        return f"{min(profile.value):.3g} to {max(profile.value):.3g}"
+    later = (f"{w:.3g} from {y:.4g} m" for (_, v), (y, w) in points if v != w)
+    return ", ".join([f"{profile.value[0]:.3g}", *later])
 
 
 def _named_axles(result: Result) -> Iterator[tuple[str, Result, dict[str, Any]]]:

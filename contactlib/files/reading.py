@@ -81,6 +81,11 @@ def note_warning(key: str, text: str) -> None:
         noted.setdefault(key, text)
 
 
+def drop_warning(key: str) -> None:
+    """Forget a warning about the file that is being read, which does not apply where it is used."""
+    (_WARNINGS.get() or {}).pop(key, None)
+
+
 @contextmanager
 def in_file(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn any ValueError raised inside (TOML, encoding or range) into a `ModelError`.

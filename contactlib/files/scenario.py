@@ -42,6 +42,7 @@ from contactlib.files.rail_conditions import (
 from contactlib.files.reading import (
     IS_SWEEP,
     check_keys,
+    drop_warning,
     file_beside,
     in_file,
     loading,
@@ -668,7 +669,10 @@ class ScenarioContents:
     ) -> Wheelset:
         """Check the whole model file and build its wheelset."""
         with in_file(self.label):
-            return build_model(self.vehicle, Path(self.folder), table, progress).wheelset
+            wheelset = build_model(self.vehicle, Path(self.folder), table, progress).wheelset
+            if "vehicle" in self.data:
+                drop_warning("mass")  # the vehicle has its own
+            return wheelset
 
 
 def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
@@ -695,7 +699,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
         if "wheelset" in data:
             vehicle_source = mistakes.of(vehicle_contents, data, file.parent)
             if vehicle_source:
-                mistakes.of(_check_vehicle, *vehicle_source[:2])
+                mistakes.of(_check_vehicle, *vehicle_source[:2], "vehicle" in data)
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
         data = mistakes.of(with_pads, data, file.parent) or without(data, "brake")
         if isinstance(track := data.get("track"), Mapping) and "variation" in track:
@@ -708,9 +712,11 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
     return ScenarioContents(data, vehicle, label, str(folder))
 
 
-def _check_vehicle(label: str, vehicle: dict[str, Any]) -> None:
+def _check_vehicle(label: str, vehicle: dict[str, Any], is_axle: bool) -> None:
     with in_file(label):
         read_model(vehicle, BuildCache())
+        if is_axle:
+            drop_warning("mass")
 
 
 def build_scenario(

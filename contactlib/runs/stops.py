@@ -243,6 +243,7 @@ def write_summary(folder: str | os.PathLike[str], sweep: Sweep, stops: Sequence[
 # ---- the default catalogue -------------------------------------------------------------------
 
 SPEEDS, LEVELS = (0.4, 0.6, 0.8, 1.0), (0.75, 1.0, 1.25, 1.5)  # of the file's numbers
+SLIPPERY = (0.05, 0.07, 0.1)  # kinetic friction of rails where the file gives only its own
 LOWEST = 0.7  # level of friction at which its distribution is cut
 HEAD = """\
 # Stops of a catalogue, written for {file}.
@@ -340,8 +341,11 @@ def sweep_text(file: Path, contents: ScenarioContents, scenario: Scenario, draws
     lowest = min((min(numbers) for numbers in lists.values()), default=1.0)
     poorest = [f"{p}[{i}]" for p, x in lists.items() for i in range(len(x)) if x[i] == lowest]
     whole = {} if "condition" in contents.data.get("track", {}) else given(*FRICTION)
-    values = [float(f"{part * lowest:.3g}") for part in LEVELS]
-    time, why = _duration(scenario)
+    friction = _lowest_friction(scenario)
+    own = bool(poorest) or friction < max(SLIPPERY)
+    levels = LEVELS if own else (*(mu / friction for mu in SLIPPERY), 1.0)
+    values = [float(f"{part * lowest:.3g}") for part in levels]
+    time, why = _duration(scenario, min(levels) * friction)
     text = HEAD.format(
         file=file.name,
         stem=f"{file.stem}_stops",
@@ -389,11 +393,15 @@ def _axis(
     return f"\n[axes.{name}]\n{lines}"
 
 
-def _duration(scenario: Scenario) -> tuple[float, str]:
-    """Duration for the slowest stop [s], and the reason in words."""
-    body, friction = scenario.drivetrain.wheelset, scenario.drivetrain.wheelset.element.friction
+def _lowest_friction(scenario: Scenario) -> float:
+    """Kinetic friction of the poorest rails of a scenario."""
     rails = scenario.rails_at(scenario.initial_speed)
-    lowest = rails.lowest[0] * friction.kinetic * min(LEVELS) * LOWEST
+    return rails.lowest[0] * scenario.drivetrain.wheelset.element.friction.kinetic
+
+
+def _duration(scenario: Scenario, friction: float) -> tuple[float, str]:
+    """Duration for the slowest stop on rails of a friction [s], and the reason in words."""
+    body, lowest = scenario.drivetrain.wheelset, LOWEST * friction
     force = min(-min(scenario.demand.value) / body.radius, lowest * scenario.static_load)
     moved = scenario.axles * (body.mass or math.inf)
     slowest = force * float(scenario.shares_of_demand[1].sum()) / moved

@@ -41,7 +41,10 @@ def test_a_heading_is_that_of_constant_deceleration() -> None:
     assert (name, what) == (case.name, "a wheelset with 22.5 t; wheel-slide protection")
     of_stop = "72.0 km/h to standstill: 100 m in 10.0 s from the first demand"
     assert course == f"{of_stop}, mean deceleration 2 m/s$^2$"
-    assert page.get_supxlabel() == f"contactlib {cl.__version__}   mine.toml"
+    settings, foot = page.get_supxlabel().splitlines()
+    assert foot == f"contactlib {cl.__version__}   mine.toml"
+    rails = "Rails: factor on friction 0.35, 0.2 from 200 m, 0.35 from 300 m"
+    assert settings == f"{rails}; brake: 0.04 s of delay, then 95 % in 0.749 s."
     run = stop(case, to=10.0)
     _, _, course, _ = _heading(run, NONE, case, "wsp", _course(run, case)).splitlines()
     assert course.startswith("72.0 km/h to 36.0 km/h, no stop: 155 m in 13.0 s")

@@ -505,6 +505,17 @@ def test_numbers_that_physics_ties_together_are_compared(
         cl.load_scenario(write(tmp_path, f"{text}[wheelset_changes.{change}\n"))
 
 
+def test_the_mass_of_a_wheelset_by_itself_is_no_doubt_in_a_vehicle(tmp_path: Path) -> None:
+    text = (MODELS / "four_axles.toml").read_text()
+    text += "[wheelset_changes.wheelset]\nmass = 2600\n[wheelset_changes.resistance]\n"
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        zero = "constant = 0.0\nlinear = 0.0\nquadratic = 0.0\n"
+        scenario = cl.load_scenario(write(tmp_path, text + zero))
+    assert not [w for w in caught if w.category is cl.InputWarning]
+    assert scenario.drivetrain.wheelset.mass == 142.5e3  # of the vehicle and its train, by axle
+
+
 def test_all_mistakes_of_scenario_and_vehicle_come_at_once(tmp_path: Path) -> None:
     vehicle = (MODELS / "locomotive.toml").read_text()
     vehicle = vehicle.replace('mass = "142.5 t"', 'mas = "142.5 t"').replace("0.45", "-0.45")

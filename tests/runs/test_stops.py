@@ -122,3 +122,14 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     assert "100 % (39.8 to 100)" in text
     assert "unknown (unknown to unknown)" in text
     assert "another content" in refused(*start, "-o", folder)
+
+
+def test_a_catalogue_without_a_track_has_slippery_rails(tmp_path: Path) -> None:
+    file = tmp_path / "stop.toml"
+    file.write_text(re.sub(r"\[track\](.*\n)+?\n", "", SCENARIO))
+    (tmp_path / "wheelset.toml").write_text(Path("models/locomotive.toml").read_text())
+    sweep = cl.load_sweep(of_stops.write_stops(file, tmp_path / "out", 2))
+    elements = [sweep.scenario_of(run).drivetrain.wheelset.element for run in range(0, 8, 2)]
+    frictions = [element.friction.kinetic for element in elements]
+    assert frictions[:3] == pytest.approx([0.05, 0.07, 0.1], rel=5e-3)  # three digits of a factor
+    assert frictions[3] == cl.load_scenario(file).drivetrain.wheelset.element.friction.kinetic
