@@ -83,9 +83,9 @@ class NativeModel:
         """Entry of a variable, and its wheels."""
         if name not in self._places:
             found = re.fullmatch(r"(.+)\[(\d+)\](.*)", name)
-            if found is None:
+            wheel = -1 if found is None else int(found[2]) - 1
+            if found is None or not 0 <= wheel < self._wheels:
                 raise KeyError(name)
-            wheel = int(found[2]) - 1
             self._places[name] = self._entries[found[1] + found[3]], range(wheel, wheel + 1)
         return self._places[name]
 

@@ -200,6 +200,8 @@ def test_directional_derivatives_are_the_kernel_s(
     point = {n: v for n, v in point.items() if n in description.start_values}
     start = {**description.start_values, **point}
     native = kernel.NativeModel(description.kind, description.native_contact, start)
+    with pytest.raises(KeyError, match=r"2\]"):
+        native.set(**{f"{next(iter(start))}[2]": 1.0})  # of a wheel that is not there
     unknowns = [
         v.name
         for v in description.of_role("output", "derivative", "indicator", "state")
