@@ -93,7 +93,7 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     sweep = cl.load_sweep(path)
     assert (folder / "wheelset.toml").read_text() == wheelset
     assert (sweep.shape, list(sweep.plan.controllers)) == ((4, 4, 1, 1, 1, 4), ["valve"])
-    table = pandas.read_csv(folder / "stop_stops.csv")
+    table = pandas.read_csv(folder / "stop_stops.csv", float_precision="round_trip")
     for run in (0, 37, 63):  # to the last bit, with any number of workers
         scenario = sweep.scenario_of(run)
         again = cl.run_scenario(scenario, "valve", **sweep.plan.settings_of(run, scenario))
@@ -108,7 +108,7 @@ def test_a_catalogue_is_written_run_and_each_stop_repeated(tmp_path: Path) -> No
     known = cl.ensemble(sweep, output=folder)
     assert cl.ensemble(sweep, workers=8, chunk=7).identical(known)
     done("stops", path, "--repeat", "37", "-o", folder, "--format", "csv")
-    metrics = pandas.read_csv(folder / "run37" / "metrics.csv")
+    metrics = pandas.read_csv(folder / "run37" / "metrics.csv", float_precision="round_trip")
     assert metrics["stopping_distance [m]"][0] == distances.ravel()[37]
     limited = path.read_text().replace("# limit = [L1, L2, L3, L4]", "limit = [1.0, 2.0, 2.0, 0.1]")
     short = re.sub(r'("run.duration"\nvalues = ).*', r"\g<1>[2.0]", limited)
