@@ -342,6 +342,24 @@ static void test_failing_step(void) {
     v->close(c);
 }
 
+/* A wheel that stands swings on its contact with memory: too often for a long step. */
+static void test_standing(void) {
+    void *c = instance(0);
+    if (has("drive_torque") && !kind->is_vehicle &&
+        ((component *)c)->now->values->contact.memory > 0.0) {
+        unsigned given[3] = {reference_of("omega"), reference_of("speed"),
+                             reference_of("drive_torque")};
+        double values[3] = {0.0, 0.0, 1e3};
+        FINE(v->set(c, given, 3, values));
+        FINE(start(v, c, 0.0));
+        int before = messages;
+        FINE(v->step(c, 0.0, 10.0));
+        FINE(v->step(c, 10.0, 10.0)); /* once is enough */
+        CHECK(messages == before + 1);
+    }
+    v->close(c);
+}
+
 static void test_model_exchange(void) {
     void *c = instance(1);
     size_t states = ((component *)c)->states, indicators = component_indicators(c), n;
@@ -355,6 +373,11 @@ static void test_model_exchange(void) {
     }
     REFUSED(v->events(c));
     REFUSED(v->set_time(c, 0.0));
+    if (has("brake_torque")) { /* the advice on steps knows its pads */
+        unsigned brake = reference_of("brake_torque");
+        double torque = 1e3;
+        FINE(v->set(c, &brake, 1, &torque));
+    }
     FINE(v->enter(c, &e));
     if (v->version == 3) FINE(fmi3EvaluateDiscreteStates(c));
     FINE(v->leave(c));
@@ -466,6 +489,12 @@ static void test_saved_states(void) {
         bytes[at] ^= 1;
         REFUSED(v->deserialize(c, bytes, at, &read));
     }
+    ((component_state *)read)->values->past.length = -1.0;
+    FINE(v->serialize(c, read, bytes, size));
+    REFUSED(v->deserialize(c, bytes, size, &read));
+    ((component_state *)read)->values->past.length = 0.0;
+    FINE(v->serialize(c, read, bytes, size));
+    FINE(v->deserialize(c, bytes, size, &read));
     /* Of another FMU of the same library, and of a stage that none is ever in. */
     ((component *)c)->token[0] ^= 1;
     REFUSED(v->deserialize(c, bytes, size, &read));
@@ -845,6 +874,7 @@ int main(int count, char **arguments) {
         test_values();
         test_friction();
         test_failing_step();
+        test_standing();
         test_model_exchange();
         test_event();
         test_derivatives();

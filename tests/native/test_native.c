@@ -672,6 +672,10 @@ static void test_widths(const creep_table *table, const force_element_parameters
                          .slope = {.count = 3, .at = at, .value = value + 2},
                          .grade = {.count = 2, .at = at + 2, .value = value + 3},
                          .scale = 1.0};
+    static const double lines[] = {1.0, 1.1, 1.3, 0.8, 0.9, 1.2};
+    const peak_map peaks = {{-1.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {3, 1, 1, 1}, 2.0, lines};
+    track by_peaks = rails;
+    by_peaks.peaks = &peaks;
     static const double axis[] = {0.0, 10.0, 1e3}, friction[] = {1.3, 1.2, 1.0, 0.9, 0.8, 0.6};
     const pad_table pads = {3, 2, axis, axis, friction};
     some_drivetrain d[MANY];
@@ -685,7 +689,7 @@ static void test_widths(const creep_table *table, const force_element_parameters
     for (int i = 0; i < MANY; i++) {
         d[i] = random_drivetrain(i < OF_ONE_KIND ? 1 : i, parameters);
         if (i == NOT_A_NUMBER) d[i].in.commanded_torque = NAN;
-        members[i] = member_of(table, &d[i], i % 4 ? &rails : NULL);
+        members[i] = member_of(table, &d[i], i % 4 ? i % 3 ? &rails : &by_peaks : NULL);
         if (i % 2) members[i].pads = &pads;
     }
     for (size_t w = 0; w < count; w++) {
