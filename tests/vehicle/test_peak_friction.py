@@ -81,7 +81,7 @@ def test_a_wheel_finds_the_number_that_was_given(
     )
     there = replace(element, slope_reduction=element.slope_reduction * slope)
     for speed in speeds:
-        load = RANDOM.choice([0.7, 1.0, 1.3])
+        load = float(RANDOM.choice([0.7, 1.0, 1.3]))
         case = on_rails(element, rails, initial_speed=speed, dynamic_load=loaded(load))
         plant = cl.Plant(case, initial_creepage=0.0)
         for side, number in (("left", left), ("right", right)):
