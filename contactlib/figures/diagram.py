@@ -136,8 +136,8 @@ def run_diagram(
         title: dict[str, Any] = {"x": 0.01, "ha": "left", "linespacing": 1.35}
         figure.suptitle(heading, size=sized(11), **title)
         foot = f"contactlib {version()}   {file}".rstrip()
-        told = [typeset(figure, words) for words in (_settings(scenario), caption)]
-        text = "\n".join(filter(None, [*told, foot]))
+        stated = [typeset(figure, words) for words in (_settings(scenario), caption)]
+        text = "\n".join(filter(None, [*stated, foot]))
         figure.supxlabel(text, size=sized(9), **title)
         name_lines(figure)
     return figure
@@ -190,23 +190,23 @@ def _heading(
 
 def _settings(scenario: Scenario) -> str:
     """Rails, brake and sanders of a scenario, as far as they are given."""
-    track, told = scenario.track, list[str]()
+    track, stated = scenario.track, list[str]()
     names = {"coefficient": "friction", "adhesion": "adhesion", "factor": "factor on friction"}
     sides = (track.friction_left, track.friction_right or track.friction_left)
     for side, profile in zip(("left rail", "right rail"), sides, strict=True):
         if sides[0] == sides[1]:
             side = "rails"
         if profile != UNCHANGED:
-            told.append(f"{side}: {names[track.unit]} {_along_the_way(profile)}")
+            stated.append(f"{side}: {names[track.unit]} {_along_the_way(profile)}")
     if (field := scenario.variation) is not None:
         spread = f"{100.0 * field.standard_deviation:.3g} %"
-        told.append(f"which varies by {spread} over {field.correlation_length:.3g} m")
+        stated.append(f"which varies by {spread} over {field.correlation_length:.3g} m")
     if (brake := scenario.drivetrain.brake) is not None:
         times = f"{brake.delay:.3g} s of delay, then 95 % in {FILLED * brake.fill_time:.3g} s"
-        told.append(f"brake: {times}" + ", pads by a table" * (brake.pads is not None))
+        stated.append(f"brake: {times}" + ", pads by a table" * (brake.pads is not None))
     if (sand := scenario.drivetrain.sanding) is not None:
-        told.append(f"sand: {sand.friction:.3g} times the friction, laid by {sand.by}")
-    text = "; ".join(dict.fromkeys(told))
+        stated.append(f"sand: {sand.friction:.3g} times the friction, laid by {sand.by}")
+    text = "; ".join(dict.fromkeys(stated))
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
