@@ -353,6 +353,14 @@ def stops(
     )
 
 
+def _split(option: str, text: str, kind: str) -> tuple[str, str]:
+    """Name and value that an option gives as one text."""
+    name, sign, value = text.partition("=")
+    if not sign:
+        raise ValueError(f"{option} {text} must be NAME={kind}")
+    return name.strip(), value
+
+
 @main.command()
 @click.argument("log", type=click.Path(path_type=Path))
 @click.argument("scenario")
@@ -362,6 +370,14 @@ def stops(
     metavar="NAME=HEADER",
     multiple=True,
     help="Header in LOG of a column such as omega_1, drive_torque_2 or speed. Repeatable.",
+)
+@click.option(
+    "--prior",
+    "priors",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="Standard deviation of radius, torque, mass, delay, slope or decay before LOG is known, 0 "
+    "if known exactly, as mass=10% or delay=20ms. Repeatable. Default: radius=0.5%, torque=2%.",
 )
 @click.option(
     "--control",
@@ -379,12 +395,14 @@ def stops(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Folder for rails.csv, track.csv, rails.txt and figure. Default: contactlib-rails-LOG.",
+    help="Folder for rails.csv, track.csv, constants.csv, rails.txt and figure. "
+    "Default: contactlib-rails-LOG.",
 )
 def rails(
     log: Path,
     scenario: str,
     columns: tuple[str, ...],
+    priors: tuple[str, ...],
     control: str | None,
     draws: int,
     output: Path | None,
@@ -395,22 +413,29 @@ def rails(
     The columns of LOG are those of a run's own time series: time [s], drive_torque_1 [N.m],
     omega_1 [rad/s], speed [m/s] and others. track.csv is a map for [track] of a scenario.
     """
+    from contactlib.base.text import known_names
+    from contactlib.base.units import in_si
     from contactlib.files.scenario import load_scenario
-    from contactlib.logs import estimate_rails, read_log
+    from contactlib.logs import LogPriors, estimate_rails, read_log
 
-    named = {}
-    for column in columns:
-        name, sign, header = column.partition("=")
-        if not sign:
-            raise ValueError(f"--column {column} must be NAME=HEADER")
-        named[name] = header
+    named = dict(_split("--column", column, "HEADER") for column in columns)
+    spreads, quantities = dict[str, float](), LogPriors.quantities()
+    for prior in priors:
+        name, value = _split("--prior", prior, "VALUE")
+        if name not in quantities:
+            raise ValueError(f"--prior: no constant is {name!r}; {known_names(name, quantities)}")
+        try:
+            spreads[name] = in_si(value, quantities[name].unit, bare=True)
+        except ValueError as error:
+            raise ValueError(f"--prior {name} = {value!r} {error}") from None
+    known = LogPriors(**spreads)
     loaded = with_progress(lambda progress: load_scenario(scenario, progress=progress))
     if control is not None:
         loaded.controller(control)  # refuses a name that is not known
     read = read_log(log, loaded, named)
     folder, reporter = output or Path(f"contactlib-rails-{log.stem}"), ConsoleReporter()
     with reporter.countdown("Estimating", Pace()) as progress:
-        estimate = estimate_rails(read, loaded, draws=draws, progress=progress)
+        estimate = estimate_rails(read, loaded, priors=known, draws=draws, progress=progress)
     estimate.write(folder)
     with reporter.step("Running the scenario on these rails, and drawing"):
         from contactlib.figures import rails_from_log, save_pictures

@@ -35,7 +35,6 @@ class Means(NamedTuple):
     omega: FloatArray
     speed: FloatArray
     load: FloatArray
-    torque: FloatArray
     place: FloatArray
 
     @property
@@ -54,23 +53,22 @@ def block_size(rows: Rows) -> int:
     return max(1, round(BLOCK / float(rows.time[1] - rows.time[0])))
 
 
+def block_means(rows: Rows, values: FloatArray) -> FloatArray:
+    """Means over blocks of the values in the rows, (n, ...)."""
+    each = block_size(rows)
+    count = -(-len(values) // each)
+    last = np.minimum(np.arange(count * each), len(values) - 1)
+    return np.asarray(values[last].reshape(count, each, -1).mean(axis=1))
+
+
 def means(rows: Rows, omega: FloatArray, speed: FloatArray, behind: FloatArray) -> Means:
     """Means of a log over blocks, with the angular velocities and the speed that are found."""
-    each = block_size(rows)
-    count = -(-len(speed) // each)
-    last = np.minimum(np.arange(count * each), len(speed) - 1)
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.asarray(values[last].reshape(count, each, -1).mean(axis=1))
-
-    place = mean(rows.distance) - behind
     return Means(
-        time=mean(rows.time)[:, 0],
-        omega=mean(omega),
-        speed=mean(speed),
-        load=mean(rows.load),
-        torque=mean(rows.torque),
-        place=place,
+        time=block_means(rows, rows.time)[:, 0],
+        omega=block_means(rows, omega),
+        speed=block_means(rows, speed),
+        load=block_means(rows, rows.load),
+        place=block_means(rows, rows.distance) - behind,
     )
 
 
@@ -92,55 +90,75 @@ def level(errors: LogErrors) -> FloatArray:
     return np.asarray(density / density.sum())
 
 
-def likelihoods(
+def creep_forces(motion: Motion, at: Means, constants: FloatArray) -> FloatArray:
+    """Creep force of each axle that its torque leaves [N], shape (blocks, axles)."""
+    torque = block_means(motion.rows, motion.torque(constants)[0])
+    return force_of(motion.body, torque, at.omega, at.rate, constants)
+
+
+def on_grid(at: Means, constants: FloatArray) -> dict[str, FloatArray]:
+    """Arguments of the contact at each friction of the grid."""
+    omega = at.omega * np.exp(constants[: at.omega.shape[1]])
+    return {
+        "omega": omega[..., np.newaxis],
+        "speed": at.speed[..., np.newaxis],
+        "load": at.load[..., np.newaxis],
+        "friction": GRID,
+    }
+
+
+def force_errors(
     motion: Motion, at: Means, constants: FloatArray, radius_error: float = 0.0
 ) -> FloatArray:
-    """Logarithms of the probabilities of the forces at each friction: (blocks, axles, grid).
-
-    The force of an axle is its torque less what turns it; the law gives that of each friction.
-    """
-    a, body, errors = motion.axles, motion.body, motion.errors
-    length, ratio = at.length, np.exp(constants[:a])
-    given = force_of(body, at.torque, at.omega, at.rate, constants)
-    forces = motion.forces(
-        (at.omega * ratio)[..., np.newaxis],
-        at.speed[..., np.newaxis],
-        GRID,
-        at.load[..., np.newaxis],
-    )
+    """Standard deviations of the forces at each friction [N], shape (blocks, axles, grid)."""
+    body, errors, length = motion.body, motion.errors, at.length
+    forces = motion.forces(**on_grid(at, constants), constants=constants)
     each = max(1.0, length / motion.step_size)
     # The speed's error is common to all axles and many blocks: together they add nothing.
     steps = errors.vehicle_speed * np.sqrt(motion.step_size)
     lasts, speed_error = 2.0 * steps / errors.vehicle_motion, np.sqrt(steps * errors.vehicle_motion)
-    common = speed_error * np.sqrt(a * max(1.0, lasts / length))
+    common = speed_error * np.sqrt(motion.axles * max(1.0, lasts / length))
     own = errors.wheel_speed / np.sqrt(each)
     turned = np.sqrt(own**2 + common**2 + (radius_error * at.speed) ** 2)
     by_speed = forces.by_omega * (turned / body.radius)[..., np.newaxis]
     of_rate = errors.wheel_speed * body.inertia / body.radius**2 / length
     friction = OF_FORCE * body.element.friction.kinetic * at.load
-    unsure = np.hypot(np.hypot(of_rate, friction)[..., np.newaxis], by_speed)
-    wrong = (given[..., np.newaxis] - forces.value) / unsure
-    found = -0.5 * (TAILS + 1.0) * np.log1p(wrong**2 / TAILS)
-    turns = np.abs(at.omega) * body.radius > SLIDING
+    return np.asarray(np.hypot(np.hypot(of_rate, friction)[..., np.newaxis], by_speed))
+
+
+def likelihoods(motion: Motion, at: Means, constants: FloatArray, unsure: FloatArray) -> FloatArray:
+    """Logarithms of the probabilities of the forces at each friction: (blocks, axles, grid).
+
+    The force of an axle is its torque less what turns it; the law gives that of each friction, with
+    the standard deviation `unsure`.
+    """
+    given = creep_forces(motion, at, constants)[..., np.newaxis]
+    there = on_grid(at, constants)
+    scale = np.exp(there.pop("friction"))
+    forces = motion.element(constants).force(
+        omega=there["omega"], speed=there["speed"], axle_load=there["load"], friction_scale=scale
+    )
+    found = -0.5 * (TAILS + 1.0) * np.log1p(((given - forces) / unsure) ** 2 / TAILS)
+    turns = np.abs(at.omega) * motion.body.radius > SLIDING
     return np.asarray(np.where(turns[..., np.newaxis], found, 0.0))
 
 
 def free_speed(motion: Motion) -> FloatArray:
     """Speed by its sensor and by the torques, without the law, so that no friction is assumed."""
-    rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
+    rows, errors, a, known = motion.rows, motion.errors, motion.axles, motion.constants
     h, omega = motion.step_size, motion.states[:, :a]
-    rate = np.gradient(omega, h, axis=0)
-    force = force_of(body, rows.torque, omega, rate, motion.constants)
-    net = force.sum(axis=1) - motion.resistance(motion.states[:, a])[0]
-    gained = 0.5 * h / motion.mass * (net[1:] + net[:-1])
+    turning = np.gradient(omega, h, axis=0)
+    force = force_of(motion.body, motion.torque(known)[0], omega, turning, known)
+    rate = motion.acceleration(force.sum(axis=1), motion.states[:, a], known)[0]
+    gained = 0.5 * h * (rate[1:] + rate[:-1])
     moves, sees = 1.0 / (errors.vehicle_motion**2 * h), errors.vehicle_speed**-2
-    known = np.isfinite(rows.speed)
+    seen = np.isfinite(rows.speed)
     bands = np.zeros((2, motion.count))
-    bands[0] = sees * known
+    bands[0] = sees * seen
     bands[0, 1:] += moves
     bands[0, :-1] += moves
     bands[1, :-1] = -moves
-    right = sees * np.where(known, rows.speed, 0.0)
+    right = sees * np.where(seen, rows.speed, 0.0)
     right[1:] += moves * gained
     right[:-1] -= moves * gained
     return np.asarray(solveh_banded(bands, right, lower=True))
@@ -153,27 +171,30 @@ def first_guess(motion: Motion, behind: FloatArray) -> tuple[FloatArray, FloatAr
     Dynamic programming then finds the most probable friction on the grid, axle by axle.
     """
     rows, body, errors, a = motion.rows, motion.body, motion.errors, motion.axles
+    constants = np.zeros(motion.spread.size)
     omega, speed = filled(rows.omega), filled(rows.speed[:, np.newaxis])[:, 0]
     at = means(rows, omega, speed, behind)
-    given = force_of(body, at.torque, at.omega, at.rate)
+    given = creep_forces(motion, at, constants)
     slips = np.linspace(-0.01, 0.01, 201)
     moving = np.maximum(np.abs(at.speed), body.element.minimum_speed)[..., np.newaxis]
     load = at.load[..., np.newaxis]
-    steady = motion.forces((1.0 + slips) * moving / body.radius, moving, np.zeros(1), load).value
+    omega_at = (1.0 + slips) * moving / body.radius
+    steady = body.element.force(omega=omega_at, speed=moving, axle_load=load)
     creepage = slips[np.abs(steady - given[..., np.newaxis]).argmin(axis=-1)]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log(np.abs((1.0 + creepage) * at.speed / (at.omega * body.radius)))
     use = np.abs(given) / at.load
     free = (use <= np.maximum(np.quantile(use, 0.1, axis=0), 0.01)) & np.isfinite(ratio)
-    choice = np.linspace(-3.0, 3.0, 121)[:, np.newaxis, np.newaxis] * errors.radius
+    sizes = np.linspace(-3.0, 3.0, 121)[:, np.newaxis, np.newaxis]
+    choice = sizes * motion.spread[:a]
     width = 0.001 + np.hypot(errors.wheel_speed, errors.vehicle_speed) / np.maximum(
         np.abs(at.speed), 0.1
     )
     near = np.exp(-0.5 * ((np.where(free, ratio, np.inf) - choice) / width) ** 2) / width
-    known = near.sum(axis=1) * np.exp(-0.5 * (choice[:, 0] / errors.radius) ** 2)
-    radii = choice[known.argmax(axis=0), 0, 0]
-    constants = np.append(radii, 0.0)
-    found = likelihoods(motion, at, constants, radius_error=0.1 * errors.radius)
+    known = near.sum(axis=1) * np.exp(-0.5 * sizes[:, 0] ** 2)
+    constants[:a] = choice[known.argmax(axis=0), 0, np.arange(a)]
+    unsure = force_errors(motion, at, constants, radius_error=0.1 * float(motion.spread[0]))
+    found = likelihoods(motion, at, constants, unsure)
     way = np.maximum(np.abs(np.diff(at.place[:, 0])), 0.01)
     step = np.log(walk(errors, float(way.mean())))
     best = np.zeros(found.shape, dtype=np.uint8)
@@ -290,7 +311,7 @@ def slip_works(motion: Motion, at: Means, rails: Rails) -> FloatArray:
     As in runs: that of the axles in front in the same place, and the axle's own.
     """
     a, body = motion.axles, motion.body
-    force = force_of(body, at.torque, at.omega, at.rate, motion.constants)
+    force = creep_forces(motion, at, motion.constants)
     slip = at.omega * body.radius * np.exp(motion.constants[:a]) - at.speed
     pace = np.maximum(np.abs(at.speed), body.element.minimum_speed)
     own = 0.5 * np.maximum(force * slip, 0.0) / pace

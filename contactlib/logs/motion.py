@@ -1,26 +1,27 @@
 """Most probable motion behind a log: states, friction under each axle, and constants.
 
 Unknown are the angular velocity of each axle, the speed of the vehicle and the logarithm of the
-friction factor under each axle in every row, and constants: the logarithms of the wheels' radii
-over the nominal one, and of the torque over the one in the log. A row follows from the one before
-by the equations of motion up to a noise. The angular velocity makes exponential steps whose noise
-is added after them, so the density of a row has no determinant, as that of an implicit step has.
-The friction walks at random over the way, with steps of Student's distribution: most are small,
-some are jumps. Gauss-Newton finds the most probable values. Its normal matrix is banded, with a
-border for the constants.
+friction factor under each axle in every row, and those constants that `LogPriors` does not take as
+known. A row follows from the one before by the equations of motion up to a noise. The angular
+velocity makes exponential steps whose noise is added after them, so the density of a row has no
+determinant, as that of an implicit step has. The friction walks at random over the way, with steps
+of Student's distribution: most are small, some are jumps. Gauss-Newton finds the most probable
+values. Its normal matrix is banded, with a border for the constants.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import warnings
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from contactlib.base.quantities import FloatArray, Parameters, Quantity
 from contactlib.base.units import STANDARD_GRAVITY
+from contactlib.element.force_element import ForceElement
 from contactlib.files.scenario import Scenario
 from contactlib.vehicle.wheelset import Wheelset, davis
 
@@ -31,11 +32,14 @@ SUBSTEPS = 2  # from row to row
 ITERATIONS, ENOUGH = 60, 1e-3  # of Gauss-Newton; fall of the cost that ends it
 SPREAD = Quantity("1", above=0.0, at_most=1.0)
 NOISE = Quantity("m/s", above=0.0, at_most=10.0)
+PRIOR = Quantity("1", at_least=0.0, at_most=1.0)
+COMMON = ("torque", "mass", "delay", "slope", "decay")  # constants after the radii
+TORQUE, MASS, DELAY, SLOPE, DECAY = range(-len(COMMON), 0)  # their places
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogErrors(Parameters):
-    """Standard deviations of what a log shows, of the model, and of what is known before.
+    """Standard deviations of what a log shows, of the model, and of friction along the way.
 
     Parameters
     ----------
@@ -52,10 +56,6 @@ class LogErrors(Parameters):
         Scale of the changes of the logarithm of friction over one metre [1].
     friction : float, optional
         Spread of the logarithm of the friction factor, before the log is known [1].
-    radius : float, optional
-        Spread of each wheel's radius over the nominal one [1].
-    torque : float, optional
-        Spread of the torque over that in the log, which is the same at all axles [1].
 
     Raises
     ------
@@ -69,8 +69,48 @@ class LogErrors(Parameters):
     vehicle_motion: Annotated[float, NOISE] = 0.005
     friction_change: Annotated[float, SPREAD] = 0.07
     friction: Annotated[float, SPREAD] = 0.7
-    radius: Annotated[float, SPREAD] = 0.005
-    torque: Annotated[float, SPREAD] = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogPriors(Parameters):
+    """Standard deviations of constants before the log is known; 0 of what is known exactly.
+
+    Parameters
+    ----------
+    radius : float, optional
+        Each wheel's radius over the nominal one [1].
+    torque : float, optional
+        Torque over that in the log, which is the same at all axles [1].
+    mass : float, optional
+        Mass that the axles move over the scenario's [1]. Their loads stay.
+    delay : float, optional
+        Time by which the log shows torques later than speeds [s].
+    slope : float, optional
+        Initial slope of the creep force over the scenario's, the `slope` of a track [1].
+    decay : float, optional
+        Fall of friction with slip speed over the scenario's, its `slip_rate_decay` [1].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    Notes
+    -----
+    All but the delay are factors: what is known is a normal distribution of their logarithm.
+    """
+
+    radius: Annotated[float, PRIOR] = 0.005
+    torque: Annotated[float, PRIOR] = 0.02
+    mass: Annotated[float, PRIOR] = 0.0
+    delay: Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)] = 0.0
+    slope: Annotated[float, PRIOR] = 0.0
+    decay: Annotated[float, PRIOR] = 0.0
+
+    def by_name(self, axles: int) -> dict[str, float]:
+        """Standard deviation of each constant: ``radius_1`` ..., then the common ones."""
+        radii = {f"radius_{i}": self.radius for i in range(1, axles + 1)}
+        return radii | {name: getattr(self, name) for name in COMMON}
 
 
 def force_of(
@@ -82,12 +122,11 @@ def force_of(
 ) -> FloatArray:
     """Creep force that a torque leaves, (T - J domega/dt - b omega)/r [N], (n, axles).
 
-    The constants are the logarithms of the radii over the nominal one and of the torque over that
-    of the log. Default: zero.
+    The constants are those of `Motion`. Default: zero. The torque has no delay.
     """
     radius, gain = np.array(body.radius), 1.0
     if constants is not None:
-        radius, gain = body.radius * np.exp(constants[:-1]), np.exp(constants[-1])
+        radius, gain = body.radius * np.exp(constants[:TORQUE]), np.exp(constants[TORQUE])
     return np.asarray((gain * torque - body.inertia * rate - body.damping * omega) / radius)
 
 
@@ -114,28 +153,34 @@ class Rows(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Creep forces [N], and their derivatives by angular velocity, speed and log friction."""
+    """Creep forces [N] and derivatives; `by_law`: by the logarithms of slope and decay."""
 
     value: FloatArray
     by_omega: FloatArray
     by_speed: FloatArray
     by_friction: FloatArray
+    by_law: FloatArray
 
 
 class Steps(NamedTuple):
-    """Angular velocities at the end of each interval, and their derivatives."""
+    """Angular velocities at the end of each interval, and their derivatives.
+
+    Those by constants are by the axle's radius and the common ones.
+    """
 
     end: FloatArray
     by_omega: FloatArray
     by_speed: FloatArray
     by_next_speed: FloatArray
     by_friction: FloatArray
-    by_radius: FloatArray
-    by_torque: FloatArray
+    by_constants: FloatArray
+
+
+Residuals: TypeAlias = tuple[FloatArray, Steps, Forces]
 
 
 class Blocks(NamedTuple):
-    """Normal matrix in blocks of rows and constants, and the gradient of the cost."""
+    """Normal matrix in blocks of rows and unknown constants, and the gradient of the cost."""
 
     diagonal: FloatArray
     beside: FloatArray
@@ -143,6 +188,17 @@ class Blocks(NamedTuple):
     corner: FloatArray
     gradient: FloatArray
     slope: FloatArray
+
+
+def _with_law(element: ForceElement, constants: FloatArray) -> ForceElement:
+    """A contact with other slope and fall of friction with slip speed."""
+    slope, decay = np.exp(constants[SLOPE:])
+    friction = element.friction
+    friction = replace(friction, slip_rate_decay=float(decay * friction.slip_rate_decay))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the element has warned of its ranges
+        reduction = float(slope * element.slope_reduction)
+        return replace(element, slope_reduction=reduction, friction=friction)
 
 
 class Motion:
@@ -156,22 +212,37 @@ class Motion:
         The log.
     errors : LogErrors
         What is known of its errors.
+    priors : LogPriors
+        What is known of the constants.
 
     Attributes
     ----------
     states : ndarray, shape (n, 2 axles + 1)
         Angular velocities, speed and logarithms of friction.
-    constants : ndarray, shape (axles + 1,)
-        Logarithms of the radii over the nominal one and of the torque over that of the log.
+    constants : ndarray, shape (axles + 5,)
+        As in `LogPriors.by_name`: logarithms of factors, and the delay [s].
+    unknown : ndarray of int
+        Places of those that are not known exactly.
     cost : float
         Negative logarithm of their probability density, up to a constant.
     """
 
-    def __init__(self, scenario: Scenario, rows: Rows, errors: LogErrors) -> None:
-        body = scenario.drivetrain.wheelset
+    def __init__(
+        self, scenario: Scenario, rows: Rows, errors: LogErrors, priors: LogPriors
+    ) -> None:
+        body, slopes = scenario.drivetrain.wheelset, set(scenario.track.slope.value)
         if body.mass is None:
             raise ValueError("scenario: a roller rig holds its speed; a log needs a free vehicle")
-        self.body, self.rows, self.errors = body, rows, errors
+        if len(slopes) > 1:
+            low, high = min(slopes), max(slopes)
+            raise ValueError(f"track.slope changes from {low:g} to {high:g}: must be constant")
+        friction = body.element.friction
+        if priors.decay and (friction.softens_with_heat or not friction.falls_with_slip_speed):
+            raise ValueError(
+                f"LogPriors.decay = {priors.decay:g} must be 0: the scenario's friction has no "
+                "slip_rate_decay"
+            )
+        self.body, self.rows, self.errors = body.with_slope(slopes.pop()), rows, errors
         self.count, self.axles = rows.omega.shape
         self.mass = body.mass * self.axles
         self.step_size = float(rows.time[1] - rows.time[0])
@@ -181,38 +252,81 @@ class Motion:
         each = [body.radius / errors.wheel_speed] * self.axles + [1.0 / errors.vehicle_speed]
         self._weight = np.where(np.isnan(known), 0.0, each)
         self._known = np.nan_to_num(known)
-        self._spread = np.array([errors.radius] * self.axles + [errors.torque])
+        self.spread = np.array(list(priors.by_name(self.axles).values()))
+        self.unknown = np.flatnonzero(self.spread)
+
+    def element(self, constants: FloatArray) -> ForceElement:
+        """The contact with its slope and its fall of friction with slip speed."""
+        known = not self.spread[SLOPE:].any()
+        return self.body.element if known else _with_law(self.body.element, constants)
+
+    def found_in(self, scenario: Scenario) -> Scenario:
+        """The scenario with the mass and the contact that were found."""
+        if not self.spread[[MASS, SLOPE, DECAY]].any():
+            return scenario
+        body = scenario.drivetrain.wheelset
+        mass = self.body.mass * np.exp(self.constants[MASS])
+        found = replace(body, element=_with_law(body.element, self.constants), mass=mass)
+        return replace(scenario, drivetrain=replace(scenario.drivetrain, wheelset=found))
 
     def forces(
-        self, omega: FloatArray, speed: FloatArray, friction: FloatArray, load: FloatArray
+        self,
+        omega: FloatArray,
+        speed: FloatArray,
+        friction: FloatArray,
+        load: FloatArray,
+        constants: FloatArray,
     ) -> Forces:
-        """Creep forces of axles; arguments broadcast."""
+        """Creep forces of axles; the first four arguments broadcast."""
         o, v, m, p = np.broadcast_arrays(omega, speed, friction, load)
         scale = np.exp(np.clip(m, LOWEST, HIGHEST))
         turned, moved = DIFFERENCE / self.body.radius, DIFFERENCE
-        f, by_omega, by_speed, by_friction = self.body.element.force(
+        f, by_omega, by_speed, by_friction = self.element(constants).force(
             omega=np.stack([o, o + turned, o, o]),
             speed=np.stack([v, v, v + moved, v]),
             axle_load=np.stack([p] * 4),
             friction_scale=np.stack([scale, scale, scale, scale * (1.0 + DIFFERENCE)]),
         )
+        by_law = np.zeros((constants[SLOPE:].size, *f.shape))
+        for i in (SLOPE, DECAY):
+            if self.spread[i]:
+                other = constants.copy()
+                other[i] += DIFFERENCE
+                changed = self.element(other).force(
+                    omega=o, speed=v, axle_load=p, friction_scale=scale
+                )
+                by_law[i] = (changed - f) / DIFFERENCE
         return Forces(
-            f, (by_omega - f) / turned, (by_speed - f) / moved, (by_friction - f) / DIFFERENCE
+            f,
+            (by_omega - f) / turned,
+            (by_speed - f) / moved,
+            (by_friction - f) / DIFFERENCE,
+            by_law,
         )
+
+    def torque(self, constants: FloatArray, part: float = 0.0) -> tuple[FloatArray, FloatArray]:
+        """Torques without delay at a part of each row's interval [N.m], and their rates."""
+        given = self.rows.torque
+        at = np.arange(self.count) + part + constants[DELAY] / self.step_size
+        at = np.clip(at, 0.0, self.count - 1.0)
+        before = np.minimum(at.astype(int), self.count - 2)
+        rise = given[before + 1] - given[before]
+        return given[before] + (at - before)[:, np.newaxis] * rise, rise / self.step_size
 
     def _steps(self, states: FloatArray, constants: FloatArray) -> Steps:
         """Angular velocities after each interval, by exponential steps."""
         a, body, h = self.axles, self.body, self.step_size / SUBSTEPS
         y, v, m = states[:-1, :a], states[:, a : a + 1], states[:-1, a + 1 :]
-        ratio, gain = np.exp(constants[:a]), np.exp(constants[a])
-        radius, torque, load = body.radius * ratio, self.rows.torque, self.rows.load[:-1]
+        ratio, gain = np.exp(constants[:a]), np.exp(constants[TORQUE])
+        radius, load = body.radius * ratio, self.rows.load[:-1]
         by_omega, zero = np.ones_like(y), np.zeros_like(y)
-        by_speed, by_next, by_friction, by_radius, by_torque = zero, zero, zero, zero, zero
+        by_speed, by_next, by_friction = zero, zero, zero
+        by_constants = np.zeros((1 + len(COMMON), *y.shape))
         for i in range(SUBSTEPS):
             part = (i + 0.5) / SUBSTEPS
             speed = (1.0 - part) * v[:-1] + part * v[1:]
-            drive = gain * ((1.0 - part) * torque[:-1] + part * torque[1:])
-            f = self.forces(y * ratio, speed, m, load)
+            drive, rise = (gain * one[:-1] for one in self.torque(constants, part))
+            f = self.forces(y * ratio, speed, m, load, constants)
             decay = h * (radius * ratio * f.by_omega + body.damping) / body.inertia
             decay = np.clip(decay, -3.0, 50.0)
             small = np.abs(decay) < 1e-6
@@ -222,25 +336,25 @@ class Motion:
             by_speed = left * by_speed - k * radius * f.by_speed * (1.0 - part)
             by_next = left * by_next - k * radius * f.by_speed * part
             by_friction = left * by_friction - k * radius * f.by_friction
-            by_radius = left * by_radius - k * radius * (f.value + f.by_omega * y * ratio)
-            by_torque = left * by_torque + k * drive
+            by_radius = -radius * (f.value + f.by_omega * y * ratio)
+            pull = np.stack([by_radius, drive, zero, rise, *(-radius * f.by_law)])
+            by_constants = left * by_constants + k * pull
             y = y + k * (drive - radius * f.value - body.damping * y)
-        return Steps(y, by_omega, by_speed, by_next, by_friction, by_radius, by_torque)
+        return Steps(y, by_omega, by_speed, by_next, by_friction, by_constants)
 
     def _changes(self, states: FloatArray) -> FloatArray:
         """Changes of the logarithms of friction, over their scale."""
         return np.asarray(np.diff(states[:, self.axles + 1 :], axis=0) / self._walk)
 
-    def resistance(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force against the vehicle [N], and its derivative."""
-        own = self.body.resistance
-        force, slope = davis(own, speed)
-        weight = self.mass * STANDARD_GRAVITY * (self.rows.grade + own.grade)
-        return self.axles * force + weight, self.axles * slope
+    def acceleration(
+        self, force: FloatArray, speed: FloatArray, constants: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Of the vehicle by the sum of its creep forces [m/s2], and that without its weight."""
+        resisting = self.axles * davis(self.body.resistance, speed)[0]
+        pulled = (force - resisting) / (self.mass * np.exp(constants[MASS]))
+        return pulled - STANDARD_GRAVITY * (self.rows.grade + self.body.resistance.grade), pulled
 
-    def _residuals(
-        self, states: FloatArray, constants: FloatArray
-    ) -> tuple[FloatArray, Steps, Forces]:
+    def _residuals(self, states: FloatArray, constants: FloatArray) -> Residuals:
         """Residuals of motion, shape (n - 1, axles + 1), and of what they are made."""
         a, h = self.axles, self.step_size
         steps, v = self._steps(states, constants), states[:, a]
@@ -249,11 +363,12 @@ class Motion:
             v[:, np.newaxis],
             states[:, a + 1 :],
             self.rows.load,
+            constants,
         )
-        net = forces.value.sum(axis=1) - self.resistance(v)[0]
+        gain = self.acceleration(forces.value.sum(axis=1), v, constants)[0]
         made = np.empty((self.count - 1, a + 1))
         made[:, :a] = (states[1:, :a] - steps.end) / self._wheel_noise
-        made[:, a] = np.diff(v) - 0.5 * h / self.mass * (net[1:] + net[:-1])
+        made[:, a] = np.diff(v) - 0.5 * h * (gain[1:] + gain[:-1])
         made[:, a] /= self._vehicle_noise
         return made, steps, forces
 
@@ -265,61 +380,66 @@ class Motion:
     def _vehicle_noise(self) -> float:
         return float(self.errors.vehicle_motion * np.sqrt(self.step_size))
 
-    def _cost(self, states: FloatArray, constants: FloatArray) -> float:
+    def _cost(self, states: FloatArray, constants: FloatArray, parts: Residuals) -> float:
         """Negative logarithm of the probability density, up to a constant."""
         a = self.axles
         squares = [
-            self._residuals(states, constants)[0],
+            parts[0],
             self._weight * (states[:, : a + 1] - self._known),
             states[0, a + 1 :] / self.errors.friction,
-            constants / self._spread,
+            constants[self.unknown] / self.spread[self.unknown],
         ]
         walk = np.log1p(self._changes(states) ** 2 / DEGREES).sum()
         return float(0.5 * sum(np.sum(part**2) for part in squares) + 0.5 * (DEGREES + 1.0) * walk)
 
-    def _blocks(self, states: FloatArray, constants: FloatArray) -> Blocks:
+    def _blocks(self, states: FloatArray, constants: FloatArray, parts: Residuals) -> Blocks:
         """Normal matrix and gradient; a step of the walk weighs as its size tells."""
         a, n, h = self.axles, self.count, self.step_size
-        motion, steps, forces = self._residuals(states, constants)
+        motion, steps, forces = parts
         changes = self._changes(states)
         root = np.sqrt((DEGREES + 1.0) / (DEGREES + changes**2))
         residuals = np.hstack([motion, root * changes])
         size = 2 * a + 1
         now, then = np.zeros((n - 1, size, size)), np.zeros((n - 1, size, size))
-        by_constants = np.zeros((n - 1, size, a + 1))
+        by_constants = np.zeros((n - 1, size, constants.size))
         i, noise = np.arange(a), self._wheel_noise
         now[:, i, i], now[:, i, a] = -steps.by_omega / noise, -steps.by_speed / noise
         now[:, i, a + 1 + i] = -steps.by_friction / noise
         then[:, i, i], then[:, i, a] = 1.0 / noise, -steps.by_next_speed / noise
-        by_constants[:, i, i] = -steps.by_radius / noise
-        by_constants[:, i, a] = -steps.by_torque / noise
-        ratio, k = np.exp(constants[:a]), 0.5 * h / self.mass / self._vehicle_noise
-        resisting = self.resistance(states[:, a])[1]
+        by_constants[:, i, i] = -steps.by_constants[0] / noise
+        by_constants[:, :a, a:] = -np.moveaxis(steps.by_constants[1:], 0, -1) / noise
+        ratio, v = np.exp(constants[:a]), states[:, a]
+        pulled = self.acceleration(forces.value.sum(axis=1), v, constants)[1]
+        k = 0.5 * h / self._vehicle_noise
+        per_force = k / (self.mass * np.exp(constants[MASS]))
+        resisting = a * davis(self.body.resistance, v)[1]
         for block, rows, sign in ((now, slice(None, -1), -1.0), (then, slice(1, None), 1.0)):
-            block[:, a, :a] = -k * (forces.by_omega * ratio)[rows]
+            block[:, a, :a] = -per_force * (forces.by_omega * ratio)[rows]
             along = (forces.by_speed.sum(axis=1) - resisting)[rows]
-            block[:, a, a] = sign / self._vehicle_noise - k * along
-            block[:, a, a + 1 :] = -k * forces.by_friction[rows]
-            by_constants[:, a, :a] -= k * (forces.by_omega * states[:, :a] * ratio)[rows]
+            block[:, a, a] = sign / self._vehicle_noise - per_force * along
+            block[:, a, a + 1 :] = -per_force * forces.by_friction[rows]
+            by_constants[:, a, :a] -= per_force * (forces.by_omega * states[:, :a] * ratio)[rows]
+            by_constants[:, a, MASS] += k * pulled[rows]
+            by_constants[:, a, SLOPE:] -= per_force * forces.by_law.sum(axis=-1).T[rows]
             block[:, a + 1 + i, a + 1 + i] = sign * root / self._walk
+        by_constants = by_constants[..., self.unknown]
         now_t, then_t = now.transpose(0, 2, 1), then.transpose(0, 2, 1)
-        diagonal, border = np.zeros((n, size, size)), np.zeros((n, size, a + 1))
+        diagonal, border = np.zeros((n, size, size)), np.zeros((n, size, self.unknown.size))
         gradient = np.zeros((n, size))
         for rows, block in ((slice(None, -1), now_t), (slice(1, None), then_t)):
             diagonal[rows] += block @ block.transpose(0, 2, 1)
             border[rows] += block @ by_constants
             gradient[rows] += (block @ residuals[..., np.newaxis])[..., 0]
         corner = np.einsum("nri,nrj->ij", by_constants, by_constants)
-        slope = np.einsum("nri,nr->i", by_constants, residuals) + constants / self._spread**2
+        weights = self.spread[self.unknown] ** -2
+        slope = np.einsum("nri,nr->i", by_constants, residuals) + weights * constants[self.unknown]
         j = np.arange(a + 1)
         diagonal[:, j, j] += self._weight**2
         gradient[:, : a + 1] += self._weight**2 * (states[:, : a + 1] - self._known)
         j = np.arange(a + 1, size)
         diagonal[0, j, j] += self.errors.friction**-2
         gradient[0, a + 1 :] += states[0, a + 1 :] / self.errors.friction**2
-        return Blocks(
-            diagonal, now_t @ then, border, corner + np.diag(self._spread**-2), gradient, slope
-        )
+        return Blocks(diagonal, now_t @ then, border, corner + np.diag(weights), gradient, slope)
 
     def _factor(self, blocks: Blocks, damping: float) -> FloatArray:
         """Cholesky factor of the rows' part of the normal matrix, in bands."""
@@ -336,27 +456,31 @@ class Motion:
 
     def solve(self, states: FloatArray, constants: FloatArray) -> None:
         """Find the most probable states and constants from a start, by damped Gauss-Newton."""
-        damping, cost = 1e-3, self._cost(states, constants)
+        parts = self._residuals(states, constants)
+        damping, cost = 1e-3, self._cost(states, constants, parts)
         for self.iterations in range(1, ITERATIONS + 1):
-            blocks = self._blocks(states, constants)
-            border = blocks.border.reshape(-1, self.axles + 1)
+            blocks = self._blocks(states, constants, parts)
+            border = blocks.border.reshape(-1, self.unknown.size)
             right = np.column_stack([border, blocks.gradient.ravel()])
             for _ in range(12):
                 factor = self._factor(blocks, damping)
                 solved = cho_solve_banded((factor, True), right, check_finite=False)
                 inner, change = solved[:, :-1], solved[:, -1]
                 corner = blocks.corner + damping * np.diag(np.diag(blocks.corner))
+                changed = constants.copy()
                 step = -np.linalg.solve(corner - border.T @ inner, blocks.slope - border.T @ change)
                 there = states - (change + inner @ step).reshape(states.shape)
                 friction = there[:, self.axles + 1 :]
                 np.clip(friction, LOWEST, HIGHEST, out=friction)
-                new = self._cost(there, constants + step)
+                changed[self.unknown] += step
+                tried = self._residuals(there, changed)
+                new = self._cost(there, changed, tried)
                 if new < cost + 1e-9:
                     break
                 damping *= 5.0
             else:
                 break
-            states, constants, fell, cost = there, constants + step, cost - new, new
+            states, constants, parts, fell, cost = there, changed, tried, cost - new, new
             damping = max(damping / 5.0, 1e-9)
             if fell < ENOUGH:
                 break
@@ -364,11 +488,14 @@ class Motion:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the constants."""
-        blocks = self._blocks(self.states, self.constants)
-        border = blocks.border.reshape(-1, self.axles + 1)
+        """Covariance of the constants; 0 of those that are known."""
+        parts = self._residuals(self.states, self.constants)
+        blocks = self._blocks(self.states, self.constants, parts)
+        border = blocks.border.reshape(-1, self.unknown.size)
         inner = cho_solve_banded((self._factor(blocks, 0.0), True), border, check_finite=False)
-        return np.asarray(np.linalg.inv(blocks.corner - border.T @ inner))
+        found = np.zeros((self.spread.size, self.spread.size))
+        found[np.ix_(self.unknown, self.unknown)] = np.linalg.inv(blocks.corner - border.T @ inner)
+        return found
 
     @property
     def innovations(self) -> FloatArray:

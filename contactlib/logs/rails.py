@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,13 +20,14 @@ from contactlib.logs.friction import (
     Rails,
     cleaned_before,
     first_guess,
+    force_errors,
     free_speed,
     likelihoods,
     means,
     slip_works,
 )
 from contactlib.logs.log import Log
-from contactlib.logs.motion import LogErrors, Motion, Rows
+from contactlib.logs.motion import LogErrors, LogPriors, Motion, Rows
 from contactlib.runs import run_scenario
 from contactlib.runs.result import Result
 from contactlib.vehicle.track import UNCHANGED, Profile
@@ -39,6 +40,8 @@ DRAWS = Limits(at_least=4, at_most=1000)
 LOW, HIGH = 0.05, 0.95  # ends of an interval
 NARROW = np.log(1.5)  # width of an interval of friction that tells something: high over low
 CONFLICT = 3.0  # standard deviations
+TOGETHER = 0.95  # correlation of constants that cannot be separated
+NARROWED = 0.5  # part of the prior by which a constant is narrowed that the log shows
 WRONG = 1.5  # root mean square of what is measured less what is found, over the errors
 
 
@@ -49,7 +52,7 @@ class RailsEstimate:
     Attributes
     ----------
     scenario : Scenario
-        The vehicle, and the track without its friction.
+        The vehicle, with the mass and the contact that were found; the track's friction is unused.
     place : ndarray, shape (n,)
         Middles of sections of the rails [m].
     low, median, high : ndarray, shape (n,)
@@ -61,8 +64,12 @@ class RailsEstimate:
     draws : ndarray, shape (draws, n)
         Factors that are as probable as the log makes them: maps for other runs.
     constants : mapping
-        Estimate and standard deviation of each constant by name: ``radius_1`` ... over the nominal
-        radius, ``torque`` over the torque of the log [1].
+        Estimate and standard deviation by name, ``radius_1`` ... and the others of `LogPriors`, of
+        each constant that was not known: logarithms of factors [1], and the delay [s].
+    priors : mapping
+        Their standard deviations before the log was known.
+    correlations : ndarray, shape (constants, constants)
+        Of the constants, in this order.
     rows : Rows
         The log as it was used.
     innovations : ndarray, shape (rows, axles + 1)
@@ -82,6 +89,8 @@ class RailsEstimate:
     met: NDArray[np.bool_]
     draws: FloatArray
     constants: Mapping[str, tuple[float, float]]
+    priors: Mapping[str, float]
+    correlations: FloatArray
     rows: Rows
     innovations: FloatArray
     errors: LogErrors
@@ -145,12 +154,12 @@ class RailsEstimate:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on what does not fit: a wrong vehicle, law or log."""
         found = []
-        spreads = {"torque": self.errors.torque}
         for name, (value, _) in self.constants.items():
-            prior = spreads.get(name, self.errors.radius)
+            prior = self.priors[name]
             if abs(value) > CONFLICT * prior:
+                off = f"{value:+.3f} s" if name == "delay" else f"{100.0 * np.expm1(value):+.1f} %"
                 found.append(
-                    f"{name} is {100.0 * value:+.1f} % off, {abs(value) / prior:.1f} standard "
+                    f"{name} is {off} off, {abs(value) / prior:.1f} standard "
                     "deviations of what was known before: a mass, a brake or a wheel is another"
                 )
         names = [*(f"omega_{i}" for i in range(1, self.innovations.shape[1])), "speed"]
@@ -182,16 +191,31 @@ class RailsEstimate:
                 f"{self.low[least] * kinetic:.3f} to {self.high[least] * kinetic:.3f}) at "
                 f"{self.place[least]:.0f} m."
             )
-        for name, (value, spread) in self.constants.items():
-            prior = self.errors.torque if name == "torque" else self.errors.radius
-            what = "torque over the log's" if name == "torque" else f"{name} over the nominal one"
+        for name, unit, prior, value, spread, narrowed in self._table():
             lines.append(
-                f"{what}: {1.0 + value:.4f} +- {spread:.4f}, before the log +- {prior:.4f}"
+                f"{name} [{unit}]: {value:.4f} +- {spread:.4f}, before the log +- {prior:.4f}, "
+                f"narrowed by {narrowed:.0f} %"
             )
+        names = list(self.constants)
+        narrow = [1.0 - self.constants[name][1] / self.priors[name] > NARROWED for name in names]
+        for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+            together = self.correlations[i, j]
+            if abs(together) > TOGETHER and not (narrow[i] or narrow[j]):
+                lines.append(
+                    f"{names[i]} and {names[j]} cannot be separated (correlation {together:.2f}): "
+                    "the log shows only what they do together; measure one of them"
+                )
         return "\n".join([*lines, *(f"Doubt: {doubt}." for doubt in self.doubts)])
 
+    def _table(self) -> Iterator[tuple[str, str, float, float, float, float]]:
+        """Of each constant name, unit, prior, estimate, standard deviation, narrowing [%]."""
+        for name, (value, spread) in self.constants.items():
+            prior, delay = self.priors[name], name == "delay"
+            estimate = value if delay else float(np.exp(value))
+            yield name, "s" if delay else "1", prior, estimate, spread, 100 * (1 - spread / prior)
+
     def write(self, folder: Path) -> None:
-        """Write ``rails.csv``, the map ``track.csv`` and ``rails.txt`` into a folder."""
+        """Write ``rails.csv``, ``constants.csv``, the map ``track.csv`` and ``rails.txt``."""
         folder.mkdir(parents=True, exist_ok=True)
         rows = ["distance [m],axle,friction,low,high,informative"]
         quantiles = (self.median_by_axle, self.low_by_axle, self.high_by_axle)
@@ -209,6 +233,12 @@ class RailsEstimate:
         track = ["distance [m],friction"]
         track += [f"{x:.10g},{m:.6g}" for x, m in zip(self.place, self.median, strict=True)]
         write_whole(folder / "track.csv", ("\n".join(track) + "\n").encode())
+        table = ["name,unit,prior,estimate,standard_deviation,narrowed [%]"]
+        table += [
+            f"{name},{unit}," + ",".join(f"{number:.6g}" for number in numbers)
+            for name, unit, *numbers in self._table()
+        ]
+        write_whole(folder / "constants.csv", ("\n".join(table) + "\n").encode())
         write_whole(folder / "rails.txt", (self.summary() + "\n").encode())
 
 
@@ -230,6 +260,7 @@ def estimate_rails(
     scenario: Scenario,
     *,
     errors: LogErrors | None = None,
+    priors: LogPriors | None = None,
     spacing: float = 1.0,
     draws: int = 32,
     seed: int = 0,
@@ -245,7 +276,10 @@ def estimate_rails(
         The vehicle, its contact, and the grades and cleaning of the track. Its friction along the
         way is not used.
     errors : LogErrors, optional
-        Errors of the sensors and the model, and what is known of radii and torque.
+        Errors of the sensors and the model.
+    priors : LogPriors, optional
+        What is known of radii, torque, mass and others. Default: radii to 0.5 %, the torque to 2 %,
+        the others exactly.
     spacing : float, optional
         Length of the sections of the rails [m].
     draws : int, optional
@@ -268,8 +302,8 @@ def estimate_rails(
     """
     spacing = checked_number("spacing", spacing, SPACING)
     count = checked_whole("draws", draws, DRAWS)
-    errors = LogErrors() if errors is None else errors
-    motion = Motion(scenario, log.rows(scenario), errors)
+    errors, priors = errors or LogErrors(), priors or LogPriors()
+    motion = Motion(scenario, log.rows(scenario), errors, priors)
     behind = np.array(scenario.position)
     progress(0.0)
     motion.solve(*first_guess(motion, behind))
@@ -281,20 +315,23 @@ def estimate_rails(
     works = slip_works(motion, at, rails)
     found = np.zeros((rails.place.size, 1 + a, GRID.size))  # of all axles, and of each by itself
     maps = np.empty((count, rails.place.size))
+    unsure = force_errors(motion, at, motion.constants)
     chosen = rng.multivariate_normal(motion.constants, motion.covariance, size=count)
     for i, constants in enumerate(chosen):
-        met = likelihoods(motion, at, constants)
+        met = likelihoods(motion, at, constants, unsure)
         clean = rails.collected(cleaned_before(track, works, met)).sum(axis=1, keepdims=True)
         ahead = rails.ahead(np.concatenate([clean, rails.collected(met)], axis=1))
         found += rails.smoothed(ahead)
         maps[i] = np.exp(rails.drawn(ahead[:, 0], rng))
         progress(0.5 + 0.5 * (i + 1) / count)
     there = np.ones(at.time.size)
-    names = [*(f"radius_{i}" for i in range(1, a + 1)), "torque"]
-    spreads = np.sqrt(np.diag(motion.covariance))
+    unknown, covariance = motion.unknown, motion.covariance
+    spreads = np.sqrt(np.diag(covariance))[unknown]
+    names = np.array(list(priors.by_name(a)))[unknown].tolist()
+    values = motion.constants[unknown].tolist()
     low, median, high = (_quantile(found, part) for part in (LOW, 0.5, HIGH))
     return RailsEstimate(
-        scenario=scenario,
+        scenario=motion.found_in(scenario),
         place=rails.place,
         low=low[:, 0],
         median=median[:, 0],
@@ -304,7 +341,9 @@ def estimate_rails(
         high_by_axle=high[:, 1:],
         met=np.stack([rails.mean_of(there, axle) > 0.0 for axle in range(a)], axis=1),
         draws=maps,
-        constants=dict(zip(names, zip(motion.constants, spreads, strict=True), strict=True)),
+        constants=dict(zip(names, zip(values, spreads.tolist(), strict=True), strict=True)),
+        priors=dict(zip(names, motion.spread[unknown].tolist(), strict=True)),
+        correlations=covariance[np.ix_(unknown, unknown)] / np.outer(spreads, spreads),
         rows=motion.rows,
         innovations=motion.innovations,
         errors=errors,

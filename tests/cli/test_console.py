@@ -16,7 +16,7 @@ UNUSUAL = ("1_0", "\u0661\u0660", "\uff11\uff10", "1\u0660", "1e\u0661")
 # Options whose value is a text, and those that are lists of numbers, which the command reads.
 TEXTS = {"author", "cluster", "control", "controller", "controllers", "kind", "model", "output"}
 TEXTS |= {"also", "columns", "file", "files", "log", "per_wheel", "platforms", "scenario"}
-TEXTS |= {"signals", "sweep", "version"}
+TEXTS |= {"priors", "signals", "sweep", "version"}
 LISTS = {"friction_scale", "load", "speed"}
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import refused
 
 import contactlib as cl
-from contactlib.logs import Log, LogErrors, RailsEstimate, estimate_rails
+from contactlib.logs import Log, LogErrors, LogPriors, RailsEstimate, estimate_rails
 from contactlib.logs.friction import GRID, walk
 from contactlib.logs.motion import Motion
 from contactlib.vehicle import Variation
@@ -56,7 +58,7 @@ def test_friction_before_cleaning_radii_and_torque_are_found() -> None:
     assert error.size > 0.5 * inside.size
     for (value, spread), true in zip(estimate.constants.values(), constants, strict=True):
         assert abs(value - true) < 3.5 * spread
-    assert estimate.constants["radius_1"][1] < 0.2 * estimate.errors.radius
+    assert estimate.constants["radius_1"][1] < 0.2 * estimate.priors["radius_1"]
     assert not estimate.doubts
 
 
@@ -81,25 +83,34 @@ def test_files_hold_the_estimate(tmp_path: Path) -> None:
     assert (rows["friction"] <= rows["high"]).all()
     mapped = np.loadtxt(tmp_path / "found" / "track.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(mapped[:, 1], estimate.median, rtol=1e-5)
-    assert "torque over the log's" in (tmp_path / "found" / "rails.txt").read_text()
+    table = np.genfromtxt(
+        tmp_path / "found" / "constants.csv", delimiter=",", names=True, dtype=None, encoding=None
+    )
+    assert table["name"].tolist() == list(estimate.constants)
+    assert table["narrowed_"] == pytest.approx(
+        100.0 * (1.0 - table["standard_deviation"] / table["prior"]), abs=1e-3
+    )
+    assert "torque [1]: " in (tmp_path / "found" / "rails.txt").read_text()
     found = estimate.to_xarray()
     assert found["draws"].dims == ("draw", "distance")
 
 
 def test_the_gradient_of_the_motion_is_its_difference() -> None:
-    """Of the cost by states and constants, whose walk weighs as its derivative."""
+    """Of the cost by states and all constants, whose walk weighs as its derivative."""
     case = replace(cl.load_scenario("dry_wet_dry.toml"), duration=2.0)
     log, _ = noisy(case, "creep_pi", 2)
-    motion = Motion(case, log.rows(case), LogErrors())
+    priors = LogPriors(mass=0.1, delay=0.02, slope=0.2, decay=0.3)
+    motion = Motion(case, log.rows(case), LogErrors(), priors)
     rng = np.random.default_rng(3)
     n = motion.count
     states = np.column_stack([motion.rows.omega, motion.rows.speed, np.full(n, -0.2)])
     states += rng.normal(0.0, 1e-3, states.shape)
-    constants = np.array([2e-3, 0.01])
-    blocks = motion._blocks(states, constants)
+    constants = np.array([2e-3, 0.01, 0.05, 1.3e-3, -0.1, 0.2])
+    blocks = motion._blocks(states, constants, motion._residuals(states, constants))
     there = rng.normal(0.0, 1.0, states.shape) * [1e-4, 1e-4, 1e-3]
-    more = np.array([1e-5, 1e-4])
-    ends = [motion._cost(states + s * there, constants + s * more) for s in (-0.1, 0.1)]
+    more = np.array([1e-5, 1e-4, 1e-4, 1e-5, 1e-4, 1e-4])
+    moved = [(states + s * there, constants + s * more) for s in (-0.1, 0.1)]
+    ends = [motion._cost(*one, motion._residuals(*one)) for one in moved]
     slope = float(np.sum(blocks.gradient * there) + blocks.slope @ more)
     assert (ends[1] - ends[0]) / 0.2 == pytest.approx(slope, rel=1e-3)
 
@@ -113,9 +124,84 @@ def test_two_steps_of_the_walk_are_one_of_two_metres() -> None:
     assert twice.sum() == pytest.approx(once.sum(), rel=0.02)
 
 
+def with_mass(case: cl.Scenario, factor: float) -> cl.Scenario:
+    """One wheelset with another mass."""
+    body = case.drivetrain.wheelset
+    assert body.mass is not None
+    body = replace(body, mass=factor * body.mass)
+    return replace(case, drivetrain=replace(case.drivetrain, wheelset=body))
+
+
+TRUE = {"mass": np.log(1.1), "delay": 0.02, "slope": np.log(0.8)}
+
+
+@cache
+def off() -> tuple[cl.Scenario, Log, Mapping[str, float]]:
+    """A scenario, the log of a run with more mass and less slope, late torques, and all constants.
+
+    The torque seeks the peak, so that it changes.
+    """
+    case = replace(cl.load_scenario("dry_wet_dry.toml"), duration=12.0)
+    soft = replace(case.track, slope=cl.Profile((0.0,), (np.exp(TRUE["slope"]),)))
+    other = replace(with_mass(case, np.exp(TRUE["mass"])), track=soft)
+    log, (radius, gain) = noisy(other, "slope_seeking", 4)
+    torque = np.interp(log.time - TRUE["delay"], log.time, log.drive_torque[:, 0])
+    late = replace(log, drive_torque=torque[:, np.newaxis])
+    return case, late, {"radius_1": radius, "torque": gain, **TRUE}
+
+
+def test_mass_delay_and_slope_are_found() -> None:
+    case, log, true = off()
+    priors = LogPriors(mass=0.1, delay=0.02, slope=0.2)
+    estimate = estimate_rails(log, case, priors=priors, draws=4)
+    assert estimate.constants.keys() == true.keys()
+    for name, (value, spread) in estimate.constants.items():
+        assert abs(value - true[name]) < 2.5 * spread
+        assert spread < 0.5 * estimate.priors[name] or name == "torque"
+    found, given = (one.drivetrain.wheelset for one in (estimate.scenario, case))
+    assert found.mass == pytest.approx(1.1 * (given.mass or 0.0), rel=0.06)
+    slope = found.element.slope_reduction / given.element.slope_reduction
+    assert np.log(slope) == pytest.approx(estimate.constants["slope"][0])
+
+
+def test_mass_and_torque_go_together() -> None:
+    """If both are unknown, and the slope too; with the torque known the mass is found."""
+    case, log, _ = off()
+    sentence = "torque and mass cannot be separated"
+    priors = LogPriors(torque=0.1, mass=0.1, delay=0.02, slope=0.5)
+    both = estimate_rails(log, case, priors=priors, draws=4)
+    assert sentence in both.summary()
+    one = estimate_rails(log, case, priors=replace(priors, torque=0.0), draws=4)
+    assert sentence not in one.summary()
+    assert "torque" not in one.constants
+    assert one.constants["mass"][1] < 0.3 * one.priors["mass"]
+
+
+def test_refusals() -> None:
+    case, log, _ = off()
+    coulomb = replace(
+        case.drivetrain.wheelset.element.friction, slip_rate_residual=1.0, slip_rate_decay=0.0
+    )
+    body = case.drivetrain.wheelset
+    body = replace(body, element=replace(body.element, friction=coulomb))
+    plain = replace(case, drivetrain=replace(case.drivetrain, wheelset=body))
+    soft = replace(case.track, slope=cl.Profile((0.0, 9.0), (1.0, 0.3)))
+    with pytest.raises(ValueError, match=r"decay = 0\.1 must be 0: the scenario's friction has no"):
+        estimate_rails(log, plain, priors=LogPriors(decay=0.1))
+    with pytest.raises(ValueError, match=r"slope changes from 0\.3 to 1: must be constant"):
+        estimate_rails(log, replace(case, track=soft))
+    for prior, message in {
+        "weight=1": "--prior: no constant is 'weight'; ",
+        "mass": "--prior mass must be NAME=VALUE",
+        "delay=2 kg": "--prior delay = '2 kg' must be a number in s, or a number and one of: s, ms",
+        "mass=300%": "LogPriors.mass = 3.0 is out of range: must be finite and >= 0 and <= 1",
+    }.items():
+        assert message in refused("rails", "log.csv", "dry_wet_dry.toml", "--prior", prior)
+
+
 @pytest.mark.slow
 def test_intervals_cover_the_truth_of_many_logs() -> None:
-    """Three vehicles, four controllers, rails that vary at random; also rather too wide."""
+    """Three vehicles, four controllers, rails that vary at random."""
     rng = np.random.default_rng(7)
     inside, errors, scores = list[bool](), list[float](), list[float]()
     for i in range(12):
