@@ -13,18 +13,21 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
+from scipy.sparse import csr_array
 
 from contactlib.base.quantities import FloatArray
 from contactlib.logs.motion import DEGREES, LogErrors, Motion, Rows, force_of
 from contactlib.vehicle.track import Track
 
-Places: TypeAlias = NDArray[np.intp]
+Parts: TypeAlias = csr_array[np.float64, tuple[int, int]]
 
 BLOCK = 0.05  # over which means are taken [s]
-GRID = np.linspace(-3.5, 1.3, 121)  # logarithms of the friction factor
+GRID = np.linspace(-3.5, 1.3, 241)  # logarithms of the friction factor
+NODES = GRID[::4]  # at which the law is evaluated; forces between them are linear
+BETWEEN = np.maximum(1.0 - np.abs(GRID - NODES[:, np.newaxis]) / (NODES[1] - NODES[0]), 0.0)
 TAILS = 8.0  # degrees of freedom of the distribution of a force
-SAME_RAILS = 200.0  # mean way on rails of one kind [m]
-OF_FORCE = 0.01  # standard deviation of the force of the law, over friction times load
+SAME_RAILS = 100.0  # mean way on rails of one kind [m]
+OF_FORCE = 0.005  # standard deviation of a law's force, over that force: see `ForceElement`
 SLIDING = 0.3  # rim speed below which a wheel may be locked: its brake may hold it [m/s]
 
 
@@ -97,13 +100,13 @@ def creep_forces(motion: Motion, at: Means, constants: FloatArray) -> FloatArray
 
 
 def on_grid(at: Means, constants: FloatArray) -> dict[str, FloatArray]:
-    """Arguments of the contact at each friction of the grid."""
+    """Arguments of the contact at each friction of the nodes."""
     omega = at.omega * np.exp(constants[: at.omega.shape[1]])
     return {
         "omega": omega[..., np.newaxis],
         "speed": at.speed[..., np.newaxis],
         "load": at.load[..., np.newaxis],
-        "friction": GRID,
+        "friction": NODES,
     }
 
 
@@ -121,9 +124,13 @@ def force_errors(
     own = errors.wheel_speed / np.sqrt(each)
     turned = np.sqrt(own**2 + common**2 + (radius_error * at.speed) ** 2)
     by_speed = forces.by_omega * (turned / body.radius)[..., np.newaxis]
-    of_rate = errors.wheel_speed * body.inertia / body.radius**2 / length
-    friction = OF_FORCE * body.element.friction.kinetic * at.load
-    return np.asarray(np.hypot(np.hypot(of_rate, friction)[..., np.newaxis], by_speed))
+    noise = errors.wheel_speed / np.sqrt(2.0 * each) / length * body.inertia / body.radius**2
+    # A rate is that of two blocks, not that of a block in which it changes by more than its noise.
+    turning = np.zeros_like(at.rate)
+    bend = np.abs(np.diff(at.rate, 2, axis=0)) * body.inertia / body.radius
+    turning[1:-1] = 0.5 * np.maximum(bend - 2.0 * np.sqrt(5.0) * noise, 0.0)
+    law = np.hypot(OF_FORCE * forces.value, by_speed)
+    return np.asarray(np.hypot(np.hypot(noise, turning)[..., np.newaxis], law) @ BETWEEN)
 
 
 def likelihoods(motion: Motion, at: Means, constants: FloatArray, unsure: FloatArray) -> FloatArray:
@@ -134,11 +141,14 @@ def likelihoods(motion: Motion, at: Means, constants: FloatArray, unsure: FloatA
     """
     given = creep_forces(motion, at, constants)[..., np.newaxis]
     there = on_grid(at, constants)
-    scale = np.exp(there.pop("friction"))
     forces = motion.element(constants).force(
-        omega=there["omega"], speed=there["speed"], axle_load=there["load"], friction_scale=scale
+        omega=there["omega"],
+        speed=there["speed"],
+        axle_load=there["load"],
+        friction_scale=np.exp(NODES),
     )
-    found = -0.5 * (TAILS + 1.0) * np.log1p(((given - forces) / unsure) ** 2 / TAILS)
+    wrong = (given - forces @ BETWEEN) / unsure
+    found = -0.5 * (TAILS + 1.0) * np.log1p(wrong**2 / TAILS)
     turns = np.abs(at.omega) * motion.body.radius > SLIDING
     return np.asarray(np.where(turns[..., np.newaxis], found, 0.0))
 
@@ -194,11 +204,11 @@ def first_guess(motion: Motion, behind: FloatArray) -> tuple[FloatArray, FloatAr
     known = near.sum(axis=1) * np.exp(-0.5 * sizes[:, 0] ** 2)
     constants[:a] = choice[known.argmax(axis=0), 0, np.arange(a)]
     unsure = force_errors(motion, at, constants, radius_error=0.1 * float(motion.spread[0]))
-    found = likelihoods(motion, at, constants, unsure)
+    found = likelihoods(motion, at, constants, unsure)[..., ::4]
     way = np.maximum(np.abs(np.diff(at.place[:, 0])), 0.01)
-    step = np.log(walk(errors, float(way.mean())))
+    step = np.log(walk(errors, float(way.mean()))[::4, ::4])
     best = np.zeros(found.shape, dtype=np.uint8)
-    total = found[0] - 0.5 * (GRID / errors.friction) ** 2
+    total = found[0] - 0.5 * (NODES / errors.friction) ** 2
     for j in range(1, len(found)):
         every = total[..., np.newaxis] + step
         best[j] = every.argmax(axis=-2)
@@ -206,7 +216,7 @@ def first_guess(motion: Motion, behind: FloatArray) -> tuple[FloatArray, FloatAr
     axles, k = np.arange(a), total.argmax(axis=-1)
     chosen = np.empty(at.omega.shape)
     for j in range(len(found) - 1, -1, -1):
-        chosen[j] = GRID[k]
+        chosen[j] = NODES[k]
         k = best[j, axles, k]
     friction = np.repeat(chosen, block_size(rows), axis=0)[: motion.count]
     return np.column_stack([omega, speed, friction]), constants
@@ -244,8 +254,8 @@ class Rails:
         ends = np.vstack([at.place, 2.0 * at.place[-1] - at.place[-2]])
         self._parts = [self._sections(ends[:, axle]) for axle in range(at.place.shape[1])]
 
-    def _sections(self, ends: FloatArray) -> tuple[Places, Places, FloatArray]:
-        """Blocks and sections that overlap, and which part of the block's way the section is."""
+    def _sections(self, ends: FloatArray) -> Parts:
+        """Which part of a block's way each section is, shape (sections, blocks)."""
         low, high = np.minimum(ends[:-1], ends[1:]), np.maximum(ends[:-1], ends[1:])
         last = self.place.size - 1
         first = np.clip(np.searchsorted(self.edges, low, side="right") - 1, 0, last)
@@ -257,23 +267,18 @@ class Rails:
         over = np.minimum(high[blocks], self.edges[sections + 1])
         over = over - np.maximum(low[blocks], self.edges[sections])
         way = np.maximum(high - low, 1e-9)[blocks]
-        return blocks, sections, np.where(counts[blocks] == 1, 1.0, np.maximum(over, 0.0) / way)
+        part = np.where(counts[blocks] == 1, 1.0, np.maximum(over, 0.0) / way)
+        return csr_array((part, (sections, blocks)), shape=(last + 1, low.size))
 
     def mean_of(self, values: FloatArray, axle: int) -> FloatArray:
         """Means over the way in each section of an axle's values (blocks,); 0 where it was not."""
-        blocks, sections, part = self._parts[axle]
-        total, weight = np.zeros(self.place.size), np.zeros(self.place.size)
-        np.add.at(total, sections, part * values[blocks])
-        np.add.at(weight, sections, part)
-        return np.asarray(total / np.maximum(weight, 1e-9))
+        parts = self._parts[axle]
+        return np.asarray(parts @ values / np.maximum(parts.sum(axis=1), 1e-9))
 
     def collected(self, likelihood: FloatArray) -> FloatArray:
         """Sums of the likelihoods (blocks, axles, grid) of each axle in each section."""
-        total = np.zeros((self.place.size, *likelihood.shape[1:]))
-        for axle, (blocks, sections, part) in enumerate(self._parts):
-            found = part[:, np.newaxis] * likelihood[blocks, axle]
-            np.add.at(total[:, axle], sections, found)
-        return total
+        each = [np.asarray(part @ likelihood[:, i]) for i, part in enumerate(self._parts)]
+        return np.stack(each, axis=1)
 
     def ahead(self, likelihood: FloatArray) -> FloatArray:
         """Probabilities in each section by what is before it and there, (n, ..., grid)."""
@@ -286,10 +291,10 @@ class Rails:
 
     def smoothed(self, ahead: FloatArray) -> FloatArray:
         """Probabilities in each section by all of them, from those `ahead`: the backward pass."""
-        found = ahead.copy()
+        found, expected = ahead.copy(), np.maximum(ahead @ self._step, 1e-300)
+        back = np.ascontiguousarray(self._step.T)
         for j in range(len(found) - 2, -1, -1):
-            expected = np.maximum(ahead[j] @ self._step, 1e-300)
-            found[j] *= (found[j + 1] / expected) @ self._step.T
+            found[j] *= (found[j + 1] / expected[j]) @ back
         return np.asarray(found / found.sum(axis=-1, keepdims=True))
 
     def drawn(self, ahead: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -323,8 +328,8 @@ def slip_works(motion: Motion, at: Means, rails: Rails) -> FloatArray:
     return works
 
 
-def cleaned_before(track: Track, work: FloatArray, likelihood: FloatArray) -> FloatArray:
-    """Likelihoods of the friction before slip cleaned the rails, from those of what was met.
+def cleaned_places(track: Track, work: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Where on the grid the friction is that slip has cleaned, from each before.
 
     Parameters
     ----------
@@ -332,18 +337,22 @@ def cleaned_before(track: Track, work: FloatArray, likelihood: FloatArray) -> Fl
         Its cleaning and recovered factor.
     work : ndarray, shape (blocks, axles)
         Slip work per length of one rail that has been done there [J/m].
-    likelihood : ndarray, shape (blocks, axles, grid)
-        Logarithms.
+
+    Returns
+    -------
+    tuple of ndarray, shape (blocks, axles, grid)
+        The value below, and the part of the way to the next.
     """
-    if track.cleaning == 0.0:
-        return likelihood
-    shape = np.broadcast_shapes(work[..., np.newaxis].shape, GRID.shape)
-    factor, done = (
-        np.broadcast_to(np.exp(GRID), shape),
-        np.broadcast_to(work[..., np.newaxis], shape),
-    )
+    factor, done = np.broadcast_arrays(np.exp(GRID), work[..., np.newaxis])
     met = (np.log(track.cleaned(factor, done)) - GRID[0]) / (GRID[1] - GRID[0])
     low = np.clip(met.astype(int), 0, GRID.size - 2)
-    part = np.clip(met - low, 0.0, 1.0)
+    return low, np.clip(met - low, 0.0, 1.0)
+
+
+def cleaned_before(
+    places: tuple[NDArray[np.intp], FloatArray], likelihood: FloatArray
+) -> FloatArray:
+    """Likelihoods of the friction before slip cleaned the rails, from those of what was met."""
+    low, part = places
     below, above = (np.take_along_axis(likelihood, low + i, axis=-1) for i in (0, 1))
     return np.asarray((1.0 - part) * below + part * above)

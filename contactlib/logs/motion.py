@@ -65,7 +65,7 @@ class LogErrors(Parameters):
 
     wheel_speed: Annotated[float, NOISE] = 0.01
     vehicle_speed: Annotated[float, NOISE] = 0.02
-    wheel_motion: Annotated[float, NOISE] = 1.5
+    wheel_motion: Annotated[float, NOISE] = 0.5
     vehicle_motion: Annotated[float, NOISE] = 0.005
     friction_change: Annotated[float, SPREAD] = 0.07
     friction: Annotated[float, SPREAD] = 0.7
@@ -261,12 +261,11 @@ class Motion:
         return self.body.element if known else _with_law(self.body.element, constants)
 
     def found_in(self, scenario: Scenario) -> Scenario:
-        """The scenario with the mass and the contact that were found."""
-        if not self.spread[[MASS, SLOPE, DECAY]].any():
+        """The scenario with the contact that was found."""
+        if not self.spread[SLOPE:].any():
             return scenario
         body = scenario.drivetrain.wheelset
-        mass = self.body.mass * np.exp(self.constants[MASS])
-        found = replace(body, element=_with_law(body.element, self.constants), mass=mass)
+        found = replace(body, element=_with_law(body.element, self.constants))
         return replace(scenario, drivetrain=replace(scenario.drivetrain, wheelset=found))
 
     def forces(

@@ -19,6 +19,7 @@ from contactlib.logs.friction import (
     GRID,
     Rails,
     cleaned_before,
+    cleaned_places,
     first_guess,
     force_errors,
     free_speed,
@@ -52,7 +53,8 @@ class RailsEstimate:
     Attributes
     ----------
     scenario : Scenario
-        The vehicle, with the mass and the contact that were found; the track's friction is unused.
+        The vehicle with the slope and decay that were found, its mass as it was given, and the
+        track without its friction.
     place : ndarray, shape (n,)
         Middles of sections of the rails [m].
     low, median, high : ndarray, shape (n,)
@@ -312,14 +314,14 @@ def estimate_rails(
     at = means(motion.rows, motion.states[:, :a], free_speed(motion), behind)
     rails = Rails(at, errors, spacing)
     rng = np.random.default_rng(seed)
-    works = slip_works(motion, at, rails)
+    places = cleaned_places(track, slip_works(motion, at, rails))
     found = np.zeros((rails.place.size, 1 + a, GRID.size))  # of all axles, and of each by itself
     maps = np.empty((count, rails.place.size))
     unsure = force_errors(motion, at, motion.constants)
     chosen = rng.multivariate_normal(motion.constants, motion.covariance, size=count)
     for i, constants in enumerate(chosen):
         met = likelihoods(motion, at, constants, unsure)
-        clean = rails.collected(cleaned_before(track, works, met)).sum(axis=1, keepdims=True)
+        clean = rails.collected(cleaned_before(places, met)).sum(axis=1, keepdims=True)
         ahead = rails.ahead(np.concatenate([clean, rails.collected(met)], axis=1))
         found += rails.smoothed(ahead)
         maps[i] = np.exp(rails.drawn(ahead[:, 0], rng))
