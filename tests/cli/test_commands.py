@@ -139,6 +139,15 @@ def test_bad_model_is_a_line_for_each_mistake_and_status_2(tmp_path: Path) -> No
             (f"{command} --format png,docx", "^contactlib: --format = 'docx' must be one of: .*$")
             for command in ("simulate x", "sweep x", "figures --paper")
         ),
+        *(
+            (f"rails log.csv dry_wet_dry.toml --prior {prior}", message)
+            for prior, message in {
+                "mass": "--prior mass must be NAME=VALUE",
+                "weight=1": "--prior: no constant is 'weight'; ",
+                "'delay=2 kg'": "--prior delay = '2 kg' must be a number in s, or a number and one",
+                "mass=300%": "LogPriors.mass = 3.0 is out of range: must be finite and >= 0 and",
+            }.items()
+        ),
         ("figures", "^contactlib: figures: pass --paper or --stability, or both$"),
         ("figures --paper -o file", "file"),
         ("figures --stability no_such_model.toml", r"no_such_model\.toml"),
