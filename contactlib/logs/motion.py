@@ -459,7 +459,7 @@ class Motion:
         damping, cost = 1e-3, self._cost(states, constants, parts)
         for self.iterations in range(1, ITERATIONS + 1):
             blocks = self._blocks(states, constants, parts)
-            border = blocks.border.reshape(-1, self.unknown.size)
+            border = blocks.border.reshape(blocks.gradient.size, self.unknown.size)
             right = np.column_stack([border, blocks.gradient.ravel()])
             for _ in range(12):
                 factor = self._factor(blocks, damping)
@@ -490,7 +490,7 @@ class Motion:
         """Covariance of the constants; 0 of those that are known."""
         parts = self._residuals(self.states, self.constants)
         blocks = self._blocks(self.states, self.constants, parts)
-        border = blocks.border.reshape(-1, self.unknown.size)
+        border = blocks.border.reshape(blocks.gradient.size, self.unknown.size)
         inner = cho_solve_banded((self._factor(blocks, 0.0), True), border, check_finite=False)
         found = np.zeros((self.spread.size, self.spread.size))
         found[np.ix_(self.unknown, self.unknown)] = np.linalg.inv(blocks.corner - border.T @ inner)

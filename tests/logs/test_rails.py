@@ -172,6 +172,14 @@ def test_mass_and_torque_go_together() -> None:
     assert one.constants["mass"][1] < 0.3 * one.priors["mass"]
 
 
+def test_all_constants_may_be_known(tmp_path: Path) -> None:
+    case, log, _ = off("slope_seeking", 4)
+    estimate = estimate_rails(log, case, priors=LogPriors(radius=0.0, torque=0.0), draws=4)
+    estimate.write(tmp_path)
+    assert not estimate.constants
+    assert (tmp_path / "constants.csv").read_text().count("\n") == 1
+
+
 def test_refusals() -> None:
     case, log, _ = off("slope_seeking", 4)
     coulomb = replace(
