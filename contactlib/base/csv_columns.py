@@ -16,6 +16,7 @@ from contactlib.base.units import not_in, unit_value
 
 PREAMBLE = 200  # lines that may come before the columns
 GAPS = 8  # lines that a message names
+MAX_COLUMNS = 10_000  # of a file
 
 
 def decoded(data: bytes) -> str:
@@ -52,6 +53,8 @@ def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
                 row = next(csv.reader([line], delimiter=sign, skipinitialspace=True, strict=True))
         except csv.Error as error:
             raise ValueError(f"line {number}: {error}") from None
+        if len(row) > MAX_COLUMNS:
+            raise ValueError(f"line {number}: {len(row)} columns: must be <= {MAX_COLUMNS}")
         yield number, [cell.strip() for cell in row]
 
 

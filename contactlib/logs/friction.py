@@ -39,6 +39,7 @@ class Means(NamedTuple):
     speed: FloatArray
     load: FloatArray
     place: FloatArray
+    known: FloatArray  # part of the rows that have the angular velocity
 
     @property
     def length(self) -> float:
@@ -72,6 +73,7 @@ def means(rows: Rows, omega: FloatArray, speed: FloatArray, behind: FloatArray) 
         speed=block_means(rows, speed),
         load=block_means(rows, rows.load),
         place=block_means(rows, rows.distance) - behind,
+        known=block_means(rows, np.isfinite(rows.omega)),
     )
 
 
@@ -150,7 +152,8 @@ def likelihoods(motion: Motion, at: Means, constants: FloatArray, unsure: FloatA
     wrong = (given - forces @ BETWEEN) / unsure
     found = -0.5 * (TAILS + 1.0) * np.log1p(wrong**2 / TAILS)
     turns = np.abs(at.omega) * motion.body.radius > SLIDING
-    return np.asarray(np.where(turns[..., np.newaxis], found, 0.0))
+    tells = turns & (at.known > 0.5)
+    return np.asarray(np.where(tells[..., np.newaxis], found, 0.0))
 
 
 def free_speed(motion: Motion) -> FloatArray:
@@ -288,6 +291,14 @@ class Rails:
             now = (now @ self._step if j else now) * like
             found[j] = now = now / now.sum(axis=-1, keepdims=True)
         return found
+
+    def evidence(self, likelihood: FloatArray) -> FloatArray:
+        """Logarithms of the probabilities of what is met in each section, given that before it."""
+        before: FloatArray = self.ahead(likelihood)[:-1] @ self._step
+        expected = np.concatenate([np.broadcast_to(self._first, (1, *before.shape[1:])), before])
+        top = likelihood.max(axis=-1)
+        met = expected * np.exp(likelihood - top[..., np.newaxis])
+        return np.asarray(top + np.log(met.sum(axis=-1)))
 
     def smoothed(self, ahead: FloatArray) -> FloatArray:
         """Probabilities in each section by all of them, from those `ahead`: the backward pass."""

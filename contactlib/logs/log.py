@@ -143,8 +143,8 @@ class Log:
         -------
         Rows
             From the first to the last row whose speed is above 1 m/s and the minimum speed of the
-            contact. Speeds are nan in gaps longer than three rows. Loads are those of statics
-            under the forces that the torques leave.
+            contact. Speeds are nan in gaps longer than three rows, and an axle's also in those of
+            its torque. Loads are those of statics under the forces that the torques leave.
 
         Raises
         ------
@@ -171,9 +171,10 @@ class Log:
         time = self.time[0] + step * np.arange(size)
         omega = np.stack([self._means(column, time, step) for column in self.omega.T], axis=1)
         torque = np.empty_like(omega)
-        for made, given in zip(torque.T, self.drive_torque.T, strict=True):
+        for k, given in enumerate(self.drive_torque.T):
             known = np.isfinite(given)
-            made[:] = np.interp(time, self.time[known], given[known])
+            torque[:, k] = np.interp(time, self.time[known], given[known])
+            omega[np.isnan(self._means(given, time, step)), k] = np.nan  # tells nothing alone
         speed, way = (
             np.full(size, np.nan) if given is None else self._means(given, time, step)
             for given in (self.speed, self.distance)
@@ -274,8 +275,8 @@ def read_log(
     without the number. In place of omega_1 it may have wheel_speed_1, by the nominal radius; in
     place of drive_torque_1 motor_torque_1 and brake_torque_1, which is positive and acts against
     the rotation, or cylinder_pressure_1, if `[brake]` of the scenario has pressure and torque. Only
-    time, the torques of axles with a motor or brake, and one speed are needed. Numbers without a
-    unit are in SI units; a blank cell is not known.
+    time, the torques of axles with a motor or brake, and one speed are needed; `estimate_rails`
+    needs that of the vehicle. Numbers without a unit are in SI units; a blank cell is not known.
 
     Parameters
     ----------
@@ -322,7 +323,7 @@ def _read(text: str, scenario: Scenario, columns: Mapping[str, str]) -> Log:
     names = [name_and_unit(cell)[0] for cell in head]
     for name in names:
         kind, _, number = name.rpartition("_")
-        if kind in OF_AXLES and number.isdecimal() and int(number) > axles:
+        if kind in OF_AXLES and number.isdecimal() and name not in known:
             raise ValueError(f"line {line}: {name}, but the scenario has {axles} axles")
     places, units = dict[str, int](), dict[str, str]()
     for name in known:

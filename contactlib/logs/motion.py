@@ -233,6 +233,10 @@ class Motion:
         body, slopes = scenario.drivetrain.wheelset, set(scenario.track.slope.value)
         if body.mass is None:
             raise ValueError("scenario: a roller rig holds its speed; a log needs a free vehicle")
+        if np.isnan(rows.speed).all():
+            raise ValueError(
+                "speed: the log has no vehicle speed, without which the wheels' slip is not known"
+            )
         if len(slopes) > 1:
             low, high = min(slopes), max(slopes)
             raise ValueError(f"track.slope changes from {low:g} to {high:g}: must be constant")

@@ -15,6 +15,7 @@ from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, checked_whole
 from contactlib.base.writing import write_whole
 from contactlib.files.scenario import Scenario
+from contactlib.logs.conflict import Conflict, conflicts
 from contactlib.logs.friction import (
     GRID,
     Rails,
@@ -40,7 +41,7 @@ SPACING = Quantity("m", above=0.0, at_most=100.0)
 DRAWS = Limits(at_least=4, at_most=1000)
 LOW, HIGH = 0.05, 0.95  # ends of an interval
 NARROW = np.log(1.5)  # width of an interval of friction that tells something: high over low
-CONFLICT = 3.0  # standard deviations
+CONFLICT = 2.5  # standard deviations
 TOGETHER = 0.95  # correlation of constants that cannot be separated
 NARROWED = 0.5  # part of the prior by which a constant is narrowed that the log shows
 WRONG = 1.5  # root mean square of what is measured less what is found, over the errors
@@ -76,6 +77,8 @@ class RailsEstimate:
         The log as it was used.
     innovations : ndarray, shape (rows, axles + 1)
         Measured less found angular velocities and vehicle speed, over their errors.
+    conflicts : sequence of Conflict
+        Axles that met other rails than the others at the same places.
     errors : LogErrors
         What was assumed.
     """
@@ -95,6 +98,7 @@ class RailsEstimate:
     correlations: FloatArray
     rows: Rows
     innovations: FloatArray
+    conflicts: tuple[Conflict, ...]
     errors: LogErrors
 
     @property
@@ -156,14 +160,24 @@ class RailsEstimate:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on what does not fit: a wrong vehicle, law or log."""
         found = []
-        for name, (value, _) in self.constants.items():
+        for name, (value, spread) in self.constants.items():
             prior = self.priors[name]
-            if abs(value) > CONFLICT * prior:
+            # What a log is expected to move a constant by: the variance that it takes away.
+            far = abs(value) / np.sqrt(max(prior**2 - spread**2, (0.1 * prior) ** 2))
+            if far > CONFLICT:
                 off = f"{value:+.3f} s" if name == "delay" else f"{100.0 * np.expm1(value):+.1f} %"
                 found.append(
-                    f"{name} is {off} off, {abs(value) / prior:.1f} standard "
-                    "deviations of what was known before: a mass, a brake or a wheel is another"
+                    f"{name} is {off} off, {far:.1f} times what was expected: a mass, a brake or a "
+                    "wheel is another"
                 )
+        if self.conflicts:
+            worst = max(self.conflicts, key=lambda one: one.fall)
+            axles = ", ".join(f"axle {one.axle}" for one in self.conflicts)
+            found.append(
+                f"{axles} met other rails than the other axles at the same places, most clearly "
+                f"from {worst.start:.0f} to {worst.end:.0f} m: a torque does not act as logged, "
+                "columns are mixed, or the contact has another law"
+            )
         names = [*(f"omega_{i}" for i in range(1, self.innovations.shape[1])), "speed"]
         for name, wrong in zip(names, self.innovations.T, strict=True):
             known = wrong[np.isfinite(wrong)]
@@ -326,6 +340,8 @@ def estimate_rails(
         found += rails.smoothed(ahead)
         maps[i] = np.exp(rails.drawn(ahead[:, 0], rng))
         progress(0.5 + 0.5 * (i + 1) / count)
+    met = likelihoods(motion, at, motion.constants, unsure)
+    common = rails.collected(cleaned_before(places, met))
     there = np.ones(at.time.size)
     unknown, covariance = motion.unknown, motion.covariance
     spreads = np.sqrt(np.diag(covariance))[unknown]
@@ -348,5 +364,6 @@ def estimate_rails(
         correlations=covariance[np.ix_(unknown, unknown)] / np.outer(spreads, spreads),
         rows=motion.rows,
         innovations=motion.innovations,
+        conflicts=tuple(conflicts(rails, common)),
         errors=errors,
     )

@@ -14,14 +14,22 @@ import contactlib as cl
 from contactlib.base.text import LONGEST_LINE
 from contactlib.base.writing import package_folder
 from contactlib.element.force_element import RangeWarning
+from contactlib.logs import Log, read_log
 
 LONGEST = LONGEST_LINE + 200  # with a path before it
 MODELS = package_folder("models")
+
+
+def log_of_a_wheelset(path: Path) -> Log:
+    return read_log(path, cl.load_scenario("dry_wet_dry.toml"))
+
+
 READERS: dict[str, Callable[[Path], object]] = {
     "model": cl.load_model,
     "scenario": cl.load_scenario,
     "sweep": cl.load_sweep,
     "csv": cl.TractionData.from_csv,
+    "log": log_of_a_wheelset,
     "table": cl.CreepForceTable.load,
 }
 

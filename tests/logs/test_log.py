@@ -114,9 +114,9 @@ def test_rows_are_even_and_gaps_have_no_speeds() -> None:
     """Straight lines stay straight over stamps with jitter, and where rows were dropped."""
     stamps = 0.005 * np.arange(401) + np.random.default_rng(1).uniform(-0.001, 0.001, 401)
     torn = line(np.delete(stamps, [100, 101, 102, 200, 201, *range(240, 250)]))  # 20, 15, 55 ms
-    omega = torn.omega.copy()
-    omega[100:120, 1] = np.nan
-    rows = replace(torn, omega=omega).rows(run("four_axles")[0])
+    omega, torque = torn.omega.copy(), torn.drive_torque.copy()
+    omega[100:120, 1] = torque[100:120, 2] = np.nan
+    rows = replace(torn, omega=omega, drive_torque=torque).rows(run("four_axles")[0])
     inner = slice(1, -1)  # the first and last means are of half a row
     t = rows.time[inner]
     expected = line(t)
@@ -125,7 +125,10 @@ def test_rows_are_even_and_gaps_have_no_speeds() -> None:
     for found, true, blank in (
         (rows.speed, expected.speed, (1.2, 1.3)),
         (rows.omega[:, 0], expected.omega[:, 0], (1.2, 1.3)),
-        (rows.omega[:, 1], expected.omega[:, 1], (torn.time[100], torn.time[119])),
+        *(
+            (rows.omega[:, k], expected.omega[:, k], (torn.time[100], torn.time[119]))
+            for k in (1, 2)
+        ),
     ):
         known = np.isfinite(found[inner])
         assert found[inner][known] == pytest.approx(true[known])
@@ -237,6 +240,8 @@ def test_a_clean_log_is_not_doubted(name: str) -> None:
         ({"time": [0.0, "", 0.01, 0.03]}, "line 3: time = nan is out of range: must be finite"),
         ({"omega": [1.0, 2.0, "2e10", 4.0]}, "line 4: omega = 20000000000.0 is out of range: must"),
         ({"omega": {"omega_2": OMEGA}}, "line 1: omega_2, but the scenario has 1 axles"),
+        ({"omega": {f"omega_{'9' * 5000}": OMEGA}}, "line 1: omega_999"),
+        ({"omega": {f"x_{k}": OMEGA for k in range(10_000)}}, "10003 columns: must be <= 10000"),
         ({"omega": {"omega [km]": OMEGA}}, "omega_1 is in 'km', which is not a unit in rad/s"),
         ({"time": {"t": T}}, "line 1: no column 'time'; columns are t, omega"),
         ({"drive_torque": {}}, "axle 1 of 1 has no torque: give one of drive_torque_1, motor_"),

@@ -1,9 +1,10 @@
 """Fuzz what reads untrusted files in Python: ``python tests/native/fuzz_readers.py --seconds N``.
 
-Needs atheris. Starts from the shipped models, scenarios, sweeps and measurements, and a table. The
-first byte of an input chooses the reader. Any exception but a ValueError or an OSError of one line
-that names the file ends the run, and so do a warning, two minutes for one file and 2 GB; the input
-is kept. Printed are executions, and lines of the readers that were reached as atheris counts them.
+Needs atheris. Starts from the shipped models, scenarios, sweeps and measurements, a log and a
+table. The first byte of an input chooses the reader. Any exception but a ValueError or an OSError
+of one line that names the file ends the run, and so do a warning, two minutes for one file and
+2 GB; the input is kept. Printed are executions, and lines of the readers that were reached as
+atheris counts them.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ def write_seeds(folder: Path) -> None:
 
     for path in (*MODELS.glob("*.toml"), *MODELS.glob("*.csv")):
         write(kind_of(path), path.stem, path.read_bytes())
+    header = b"time [s],omega_1 [rad/s],brake_torque_1 [kN.m],speed [km/h],distance_1\n"
+    write("log", "braking", header + b"0,20,1,36,0\n0.01,19.9,1,36,0.1\n0.02,19.8,1,35.9,0.2\n")
     table = cl.load_model("models/roller_rig.toml").wheelset.element.table
     write("table", "line", table.data)
 
