@@ -52,7 +52,7 @@ def braked_vehicle(wheelset: cl.Wheelset, n: int, **changes: Any) -> cl.Scenario
         axles_per_bogie=2 if n > 2 and n % 2 == 0 else 1, **changes,
     )  # fmt: skip
     body = replace(wheelset, mass=vehicle.mass / n)
-    brake = Brake(fill_time=0.25, vent_time=0.12)
+    brake = Brake(fill_time=0.25, vent_time=0.12, pressure=3e5, torque=1.5e4)
     track = cl.Track(friction_left=cl.Profile((3.0, 3.0), (1.0, 0.5)), cleaning=1e-4)
     train = Drivetrain(body, brake=brake, motor=Motor(lag=0.01))
     return replace(plain_scenario(train), vehicle=vehicle, track=track)

@@ -132,6 +132,12 @@ def new(kind: str, shipped: bool, overwrite: bool, output: Path | None) -> None:
     help="Make truth values real numbers, 0 or 1, for tools that read every output as one.",
 )
 @click.option(
+    "--brake-pressure",
+    is_flag=True,
+    help="Give a vehicle the pressures in its brake cylinders as inputs, for tools that simulate "
+    "the pneumatics, in place of commanded torques.",
+)
+@click.option(
     "--wheels",
     type=Whole(1),
     default=1,
@@ -164,6 +170,7 @@ def fmu(
     implicit: bool,
     parallel_exchange: bool,
     no_booleans: bool,
+    brake_pressure: bool,
     wheels: int,
     per_wheel: str | None,
     author: str | None,
@@ -198,6 +205,7 @@ def fmu(
             "implicit": implicit,
             "parallel-exchange": parallel_exchange,
             "no-booleans": no_booleans,
+            "brake-pressure": brake_pressure,
             "wheels": wheels > 1,
             "per-wheel": per_wheel,
         }
@@ -220,6 +228,7 @@ def fmu(
             implicit=implicit,
             parallel_exchange=parallel_exchange,
             booleans=not no_booleans,
+            brake_pressure=brake_pressure,
             wheels=wheels,
             per_wheel=[] if per_wheel is None else [name.strip() for name in per_wheel.split(",")],
             **common,

@@ -37,6 +37,7 @@ def export_fmu(
     implicit: bool = False,
     parallel_exchange: bool = False,
     booleans: bool = True,
+    brake_pressure: bool = False,
     wheels: int = 1,
     per_wheel: Sequence[str] = (),
     author: str | None = None,
@@ -68,6 +69,10 @@ def export_fmu(
     booleans : bool, optional
         Whether flags are Booleans. If not, they are real numbers, 0 or 1, for tools that read every
         output as a real number, as CasADi, CoFmuPy and PathSim do. Default: True.
+    brake_pressure : bool, optional
+        Whether a vehicle has the inputs ``brake_pressure``, which act at once as
+        `contactlib.vehicle.Brake` converts them, in place of the commanded ``brake_torque``, which
+        its times to fill and vent delay. Default: False.
     wheels : int, optional
         Number of wheels, or of wheelsets of kind "wheelset", that one call steps side by side, at
         most 32. Their inputs, outputs and states are arrays in FMI 3, as ``omega`` with 8 elements,
@@ -98,6 +103,7 @@ def export_fmu(
         implicit,
         parallel_exchange,
         booleans=booleans,
+        brake_pressure=brake_pressure,
         wheels=wheels,
         per_wheel=per_wheel,
         author=author,

@@ -54,7 +54,7 @@ KINEMATIC = {
     "unloaded": ("normal_load",),
 }
 BODY_INPUTS = {
-    *("drive_torque", "brake_torque", "resistance_force", "pads"),
+    *("drive_torque", "brake_torque", "brake_pressure", "resistance_force", "pads"),
     *("motor_torque", "acting_motor_torque", "acting_brake_torque"),
     *("grade", "front_coupler_force", "rear_coupler_force"),
 }
@@ -358,11 +358,15 @@ class Description:
         """All variables of the FMU, in the order of their value references."""
         entries, friction = enumerate(kernel.model_variables(self.kind)), self.element.friction
         thermal, decays = friction.softens_with_heat, friction.slip_rate_decay > 0.0
+        braked = self.starts.get("brake_fill_time", 0.0) > 0.0
+        by_pressure = self.starts.get("torque_per_pressure", 0.0) > 0.0
         parts = {
             "always": True,
             "once": True,
             "if_lagging": self.starts.get("motor_lag", 0.0) > 0.0,
-            "if_braked": self.starts.get("brake_fill_time", 0.0) > 0.0,
+            "if_braked": braked,
+            "if_brake_torque": braked and not by_pressure,
+            "if_brake_pressure": braked and by_pressure,
             "if_remembering": self.remembers,
             "if_spinning": self.spins,
             "if_layered": self.kind != "wheelset_body" and self.element.layer_compliance > 0.0,
@@ -441,6 +445,7 @@ class Description:
             "wheel_torque": element.radius * force,
             "drive_torque": element.radius * force,
             "brake_torque": element.radius * force,
+            "brake_pressure": 1e5,
             "pads": 1.0,
             **dict.fromkeys(sides, force),
             **dict.fromkeys(("unslipped_left", "unslipped_right"), 1.0),
@@ -487,9 +492,9 @@ class Description:
             on = (*held_forces(), "normal_load", "friction_scale")
             fewer = KINEMATIC | (dict.fromkeys(HELD, on) if self.remembers else {})
             if self.rails:
-                lags = "acting_motor_torque" in needed
-                torques = ["omega", "pads", "acting_brake_torque", "acting_motor_torque"]
-                torques += [] if lags else ["motor_torque"]
-                fewer = {"acceleration": tuple(needed), "drive_torque": tuple(torques)}
+                acting = "acting_motor_torque"
+                motor = acting if acting in needed else "motor_torque"
+                torques = ("omega", "pads", "acting_brake_torque", "brake_pressure", motor)
+                fewer = {"acceleration": tuple(needed), "drive_torque": torques}
             needed = set(fewer.get(variable.stem, needed - BODY_INPUTS))
         return [v.name for v in known if v.stem in needed or v.causality == "parameter"]

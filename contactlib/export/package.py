@@ -118,6 +118,7 @@ def reference_inputs(description: Description) -> dict[str, FloatArray]:
             ("drive_torque", "motor_torque"), element.radius * sliding * (0.9 + excess * pulse)
         ),
         "brake_torque": 0.3 * element.radius * sliding * np.sin(np.pi * late) ** 2,
+        "brake_pressure": 3e5 * np.sin(np.pi * late) ** 2,
         "resistance_force": 0.1 * sliding * pulse,
         "grade": 0.01 * pulse,
         "front_coupler_force": 0.05 * sliding * pulse,
@@ -181,6 +182,7 @@ def describe(
     parallel_exchange: bool,
     *,
     booleans: bool = True,
+    brake_pressure: bool = False,
     wheels: int = 1,
     per_wheel: Sequence[str] = (),
     author: str | None = None,
@@ -196,6 +198,8 @@ def describe(
         raise ValueError(f"kind = {kind!r} needs a {needed}: expected one, got a {given}")
     if of_vehicle and wheels != 1:
         raise ValueError(f"wheels = {shown(wheels)}: a vehicle has the axles of its scenario")
+    if brake_pressure and not of_vehicle:
+        raise ValueError(f"brake_pressure = True needs kind = 'vehicle', not {kind!r}")
     if (implicit or parallel_exchange) and kind != "force_element":
         name = "implicit" if implicit else "parallel_exchange"
         raise ValueError(f"{name} = True needs kind = 'force_element', not {kind!r}")
@@ -213,7 +217,7 @@ def describe(
     if isinstance(model, Scenario):
         controls = map(model.controller, model.controllers)
         run = [model.duration, *(control.sample_time for control in controls)]
-        model, starts, rails = parts_of(model)
+        model, starts, rails = parts_of(model, brake_pressure)
         wheels = int(starts["axles"])
         own = ["position", "radius"] if wheels > 1 else []
     description = Description(

@@ -11,7 +11,7 @@ from contactlib.files.scenario import Scenario
 SLOWEST = 1e-3  # speed at which the description begins that of a standing vehicle [m/s]
 
 
-def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
+def parts_of(scenario: Scenario, brake_pressure: bool) -> tuple[Model, dict[str, float], bytes]:
     """The model of an axle of a scenario's vehicle, start values of its FMU, and its rails.
 
     Raises
@@ -37,7 +37,12 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
     if train.brake is not None and train.brake.pads is not None:
         raise ValueError(
             "scenario.drivetrain.brake has pads: in an FMU their friction is nominal; leave out "
-            "the keys of [brake] that begin with pad, and let the tool multiply brake_torque"
+            "the keys of [brake] that begin with pad, and let the tool multiply its input "
+            "brake_torque or brake_pressure"
+        )
+    if brake_pressure and (train.brake is None or train.brake.pressure is None):
+        raise ValueError(
+            "brake_pressure = True needs [brake] with pressure, and torque at that pressure"
         )
     if train.sanding is not None:
         raise ValueError(
@@ -70,6 +75,8 @@ def parts_of(scenario: Scenario) -> tuple[Model, dict[str, float], bytes]:
         starts |= {f"position[{i}]": at for i, at in enumerate(vehicle.position, start=1)}
     contact = {"held_force": 0.0, "unslipped": 1.0, "outer_force": 0.0}
     starts |= {f"{name}_{side}": v for name, v in contact.items() for side in ("left", "right")}
+    held = brake_pressure and train.brake and 1.0 / train.brake.pressure_per_torque
+    starts |= {"torque_per_pressure": held or 0.0, "brake_pressure": 0.0}
     zero = "motor_torque", "acting_motor_torque", "acting_brake_torque", "grade", "distance"
     starts |= dict.fromkeys((*zero, "front_coupler_force", "rear_coupler_force"), 0.0)
     starts |= {"omega": speed / train.wheelset.radius, "axle_load": scenario.static_load}

@@ -316,6 +316,8 @@ static const model_variable BODIES_VARIABLES[] = {
           1e-6, 10.0, whole.body.load_lag)
 #define LAGGING(role, ...) OF(IF_LAGGING, role, __VA_ARGS__)
 #define BRAKED(role, ...) OF(IF_BRAKED, role, __VA_ARGS__)
+#define BY_TORQUE(role, ...) OF(IF_BRAKE_TORQUE, role, __VA_ARGS__)
+#define BY_PRESSURE(role, ...) OF(IF_BRAKE_PRESSURE, role, __VA_ARGS__)
 #define MEMORY_OF(side, at) \
     OF(IF_REMEMBERING, STATE, "held_force_" #side, "N", "creep force that both wheels would hold with " \
        "the " #side " one's contact", -1e15, 1e15, at.held_force), \
@@ -334,14 +336,19 @@ static const model_variable VEHICLE_VARIABLES[] = {
     VEHICLE_PARAMETERS,
     LAGGING(FIXED_PARAMETER, "motor_lag", "s", "time constant with which the motor's torque follows its "
             "command", 1e-6, 10.0, axle.motor_lag),
-    BRAKED(FIXED_PARAMETER, "brake_fill_time", "s", "time constant with which the brake's torque rises "
-           "to its command", 1e-6, 10.0, axle.brake_fill_time),
-    BRAKED(FIXED_PARAMETER, "brake_vent_time", "s", "time constant with which the brake's torque falls "
-           "to its command", 1e-6, 10.0, axle.brake_vent_time),
+    BY_TORQUE(FIXED_PARAMETER, "brake_fill_time", "s", "time constant with which the brake's torque "
+              "rises to its command", 1e-6, 10.0, axle.brake_fill_time),
+    BY_TORQUE(FIXED_PARAMETER, "brake_vent_time", "s", "time constant with which the brake's torque "
+              "falls to its command", 1e-6, 10.0, axle.brake_vent_time),
+    BY_PRESSURE(FIXED_PARAMETER, "torque_per_pressure", "N.m/Pa", "torque that the friction brake can "
+                "hold, at the axle, over the pressure in its cylinder", 1e-12, 1e12,
+                axle.torque_per_pressure),
     GIVEN(INPUT, "motor_torque", "N.m", "commanded torque of the motor, at the axle; a vehicle with "
           "friction brakes takes a negative one as none", -1e12, 1e12, axle.motor_torque),
-    BRAKED(INPUT, "brake_torque", "N.m", "commanded torque of the friction brake, at the axle, against "
-           "the rotation", 0.0, 1e12, brake_torque),
+    BY_TORQUE(INPUT, "brake_torque", "N.m", "commanded torque of the friction brake, at the axle, "
+              "against the rotation", 0.0, 1e12, brake_torque),
+    BY_PRESSURE(INPUT, "brake_pressure", "Pa", "gauge pressure in the axle's brake cylinder; a negative "
+                "one counts as none", -1e12, 1e12, axle.brake_pressure),
     GIVEN(INPUT, "friction_scale", "1", "multiplies the factors on friction of the rails before slip "
           "cleans them; below " TEXT(MIN_FRICTION_SCALE) " there is no friction", 0.0, 1e3,
           input.friction_scale),
@@ -360,8 +367,8 @@ static const model_variable VEHICLE_VARIABLES[] = {
     MEMORY_OF(right, axle.right),
     LAGGING(STATE, "acting_motor_torque", "N.m", "torque of the motor, at the axle", -1e12, 1e12,
             axle.acting_motor),
-    BRAKED(STATE, "acting_brake_torque", "N.m", "torque that the friction brake can hold, at the axle",
-           -1e12, 1e12, axle.acting_brake),
+    BY_TORQUE(STATE, "acting_brake_torque", "N.m", "torque that the friction brake can hold, at the "
+              "axle", -1e12, 1e12, axle.acting_brake),
     BRAKED(STATE, "pads", "1", "way by which the wheel has carried the pads of its brake along, over "
            "what they give: 1 where they slide forward, -1 backward", -1e9, 1e9, pads),
     GIVEN(STATE, "axle_load", "N", "load of both wheels; it settles at the end of the initialization",
@@ -378,8 +385,8 @@ static const model_variable VEHICLE_VARIABLES[] = {
     MEMORY_RATE("outer_force_right", "N/s", of_axle.right_rate.outer_force),
     LAGGING(DERIVATIVE, "der(acting_motor_torque)", "N.m/s", "rate of the motor's torque", -LARGE, LARGE,
             of_axle.motor_rate),
-    BRAKED(DERIVATIVE, "der(acting_brake_torque)", "N.m/s", "rate of the brake's torque", -LARGE, LARGE,
-           of_axle.brake_rate),
+    BY_TORQUE(DERIVATIVE, "der(acting_brake_torque)", "N.m/s", "rate of the brake's torque", -LARGE,
+              LARGE, of_axle.brake_rate),
     BRAKED(DERIVATIVE, "der(pads)", "1/s", "rate of the pads", -LARGE, LARGE, pads_rate),
     MADE(DERIVATIVE, "der(axle_load)", "N/s", "rate of the load", of_axle.load_rate),
     WHOLE(OUTPUT, "acceleration", "m/s2", "forward acceleration of the vehicle", -LARGE, LARGE,
@@ -408,7 +415,11 @@ int model_has(const model_variable *variable, const model_values *values) {
     if (variable->part == IF_FALLING) return falling;
     if (variable->part == IF_SLIP_COUNTS) return thermal || falling;
     if (variable->part == IF_LAGGING) return values->axle.motor_lag > 0.0;
-    if (variable->part == IF_BRAKED) return values->axle.brake_fill_time > 0.0;
+    int braked = values->axle.brake_fill_time > 0.0;
+    int by_pressure = values->axle.torque_per_pressure > 0.0;
+    if (variable->part == IF_BRAKED) return braked;
+    if (variable->part == IF_BRAKE_TORQUE) return braked && !by_pressure;
+    if (variable->part == IF_BRAKE_PRESSURE) return braked && by_pressure;
     return variable->part == ALWAYS || variable->part == ONCE || values->spins > 0.0;
 }
 

@@ -34,6 +34,8 @@ typedef struct {
     double position;  /* behind the first axle [m] */
     double motor_lag; /* as in drivetrain_parameters, as are */
     double brake_fill_time, brake_vent_time;
+    double torque_per_pressure;        /* of the brake; 0 if its torque is commanded [N.m/Pa] */
+    double brake_pressure;             /* in its cylinder [Pa] */
     double motor_torque;               /* commanded [N.m] */
     double acting_motor, acting_brake; /* torques that follow their commands [N.m] */
     rolling_memory right;              /* of the right wheel's contact */

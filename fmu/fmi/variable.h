@@ -26,7 +26,9 @@ typedef enum {
     IF_FALLING,
     IF_SLIP_COUNTS,
     IF_LAGGING,
-    IF_BRAKED
+    IF_BRAKED,
+    IF_BRAKE_TORQUE, /* its input is a torque, which lags; else a pressure */
+    IF_BRAKE_PRESSURE
 } variable_part;
 
 /* The unit of a truth value, which is held as 0 or 1: "Boolean". */

@@ -57,8 +57,10 @@ static void gather(const creep_table *table, const model_values *values, size_t 
         if (i > 0 && memcmp(&v->contact, m[-1].contact, sizeof v->contact) == 0)
             m->scales = m[-1].scales;
         else force_element_scales(table, &v->contact, v->contact.nominal_load, 1.0, &m->scales);
+        double held = axle->torque_per_pressure * larger(axle->brake_pressure, 0.0);
+        int by_pressure = axle->torque_per_pressure > 0.0;
         d->input[i] = (drivetrain_input){.commanded_torque = axle->motor_torque,
-                                         .commanded_brake = v->brake_torque,
+                                         .commanded_brake = by_pressure ? held : v->brake_torque,
                                          .resistance_force = towed / (double)n};
         d->state[i] = (drivetrain_state){
             .speed = v->input.speed,
@@ -67,7 +69,7 @@ static void gather(const creep_table *table, const model_values *values, size_t 
             .left = v->input.memory,
             .right = axle->right,
             .drive_torque = axle->motor_lag > 0.0 ? axle->acting_motor : axle->motor_torque,
-            .brake_torque = axle->acting_brake,
+            .brake_torque = by_pressure ? held : axle->acting_brake,
             .pads_left = v->pads,
             .pads_right = v->pads,
             .distance = whole->distance - axle->position};
@@ -128,7 +130,7 @@ void evaluate_vehicle(const creep_table *table, model_values *values, size_t n) 
             (out[i].drive_torque - body->radius * force - body->damping * v->input.omega) /
             body->inertia;
         speed_rate += out[i].speed_rate / (double)n;
-        double missing = v->brake_torque - v->axle.acting_brake;
+        double missing = in->commanded_brake - d.state[i].brake_torque;
         double fill = missing > 0.0 ? v->axle.brake_fill_time : v->axle.brake_vent_time;
         int braked = v->axle.brake_fill_time > 0.0, lagging = v->axle.motor_lag > 0.0;
         double command = braked ? larger(in->commanded_torque, 0.0) : in->commanded_torque;
@@ -163,7 +165,7 @@ const char *advance_vehicle(const creep_table *table, model_values *values, size
         v->past = d.axle[i];
         if (v->axle.motor_lag > 0.0) v->axle.acting_motor = now->drive_torque;
         if (v->axle.brake_fill_time > 0.0) {
-            v->axle.acting_brake = now->brake_torque;
+            if (!(v->axle.torque_per_pressure > 0.0)) v->axle.acting_brake = now->brake_torque;
             v->pads = now->pads_left;
         }
         if (!remembers(&v->contact)) continue;

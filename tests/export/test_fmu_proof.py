@@ -16,13 +16,18 @@ from contactlib.export.platforms import PLATFORMS
 
 
 @pytest.mark.parametrize(
-    ("name", "version"), [*((name, 3) for name in EXPORTS), ("force_element", 2)]
+    ("name", "version", "given"),
+    [
+        *((name, 3, {}) for name in EXPORTS),
+        ("force_element", 2, {}),
+        ("vehicle", 2, {"brake_pressure": True}),
+    ],
 )
 def test_every_fmu_is_faultless(
-    locomotive: cl.Model, tmp_path: Path, name: str, version: int
+    locomotive: cl.Model, tmp_path: Path, name: str, version: int, given: dict[str, bool]
 ) -> None:
     built = [platform for platform in PLATFORMS if kernel.library_path(platform).is_file()]
-    options = {**EXPORTS[name], "fmi_version": version, "platforms": built}
+    options = {**EXPORTS[name], "fmi_version": version, "platforms": built, **given}
     path = cl.export_fmu(fitting(locomotive, name), tmp_path / "x.fmu", **options)
     assert list(faults(path, everywhere=len(built) == len(PLATFORMS))) == []
 

@@ -96,6 +96,46 @@ def test_it_moves_as_in_the_run_under_the_same_torques(
             tool.step(step * row, step)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_pressures_act_as_the_torques_of_the_brake_that_has_them(
+    wheelset: cl.Wheelset, tmp_path: Path, version: int
+) -> None:
+    """By the brake's pressure and torque, in either interface; below zero it has no torque."""
+    scenario, commanded = braked_vehicle(wheelset, 2), ("brake_torque", "acting_brake_torque")
+    assert scenario.drivetrain.brake is not None
+    per_pressure = 1.0 / scenario.drivetrain.brake.pressure_per_torque
+    described_as = described(scenario)
+    given = described_as.native_contact, described_as.start_values
+    by_torque = kernel.NativeModel("vehicle", *given, wheels=2)
+    by_torque.begin()
+    folder = exported(scenario, tmp_path, "vehicle", version, brake_pressure=True)
+    with Instance(folder) as tool:
+        axles = Wheels(tool.initialize(), 2)
+        tool.fmu.exitInitializationMode()
+        units = {v.name.split("[")[0]: v.unit for v in tool.description.modelVariables}
+        assert (units["brake_pressure"], units["torque_per_pressure"]) == ("Pa", "N.m/Pa")
+        assert not {*commanded, "brake_fill_time", "brake_vent_time"} & {*units}
+        for k in range(60):
+            pressures = [2e5 - 1e4 * k, 3e3 * k]  # the first vents
+            axles.set(brake_pressure=pressures)
+            torques = [per_pressure * max(pressure, 0.0) for pressure in pressures]
+            at = {f"{n}[{i + 1}]": torques[i] for n in commanded for i in range(2)}
+            by_torque.set(**at)
+            by_torque.evaluate()
+            for name in (*OUTPUTS[:5], "pads"):
+                known = by_torque.get(f"{name}[1]", f"{name}[2]")
+                np.testing.assert_allclose(axles.get(name), known, rtol=1e-12, err_msg=name)
+            if k == 30:
+                tool.restore(tool.saved())
+            tool.step(0.02 * k, 0.02)
+            by_torque.advance(0.02)
+    with Instance(folder, exchange=True).start() as tool:
+        axles = Wheels(tool, 2)
+        axles.set(brake_pressure=[1e5, 1.5e5])
+        held = -per_pressure * np.array([1e5, 1.5e5])  # on pads that slide
+        np.testing.assert_allclose(axles.get("drive_torque"), held, rtol=1e-12)
+
+
 @pytest.mark.parametrize(("n", "version"), [(1, 3), (2, 2), (4, 3), (6, 2), (8, 3)])
 def test_forces_balance_at_any_number_of_axles(
     wheelset: cl.Wheelset, tmp_path: Path, n: int, version: int
@@ -201,15 +241,17 @@ def test_model_exchange_agrees_with_its_own_steps(
 
 
 def test_derivatives_contain_the_other_axles(wheelset: cl.Wheelset, tmp_path: Path) -> None:
-    folder = exported(braked_vehicle(wheelset, 2), tmp_path, "vehicle", 2)
-    with Instance(folder, exchange=True).start(**{"motor_torque[1]": 5e3}) as tool:
+    folder = exported(braked_vehicle(wheelset, 2), tmp_path, "vehicle", 2, brake_pressure=True)
+    start = {"motor_torque[1]": 5e3, "brake_pressure[1]": 1e4}
+    with Instance(folder, exchange=True).start(**start) as tool:
         tool.fmu.enterContinuousTimeMode()
         states = [v.derivative for v in tool.description.modelVariables if v.derivative]
         nominals = (ctypes.c_double * len(states))()
         tool.fmu.fmi2GetNominalsOfContinuousStates(tool.fmu.component, nominals, len(states))
         assert list(nominals) == pytest.approx([float(v.nominal) for v in states], rel=1e-12)
         unknowns = ["der(speed)", "der(axle_load[1])", "der(omega[1])"]
-        for known, step in (("omega[2]", 1e-4), ("motor_torque[2]", 10.0), ("grade", 1e-3)):
+        steps = {"omega[2]": 1e-4, "motor_torque[2]": 10.0, "grade": 1e-3, "brake_pressure[1]": 1e2}
+        for known, step in steps.items():
             found = tool.derivative(unknowns, [known], [1.0])
             (value,), ends = tool.get(known), []
             for sign in (1.0, -1.0):
@@ -487,6 +529,8 @@ def test_export_refuses_what_a_vehicle_s_fmu_cannot_be(
     shafted = replace(scenario.drivetrain, motor=shaft)
     pads = Brake(fill_time=0.25, vent_time=0.12, pad_speed=(0.0, 9.0), pad_friction=(1.2, 0.8))
     padded = replace(scenario.drivetrain, brake=pads)
+    unknown = replace(scenario.drivetrain, brake=Brake(fill_time=0.25, vent_time=0.12))
+    by_pressure = {"brake_pressure": True}
     for wrong, options, message in (
         (scenario, {"wheels": 2}, "a vehicle has the axles of its scenario"),
         (scenario, {"kind": "wheelset"}, "needs a Model: expected one, got a Scenario"),
@@ -495,6 +539,8 @@ def test_export_refuses_what_a_vehicle_s_fmu_cannot_be(
         (replace(scenario, drivetrain=train), {}, "drivetrain.axle is elastic"),
         (replace(scenario, drivetrain=shafted), {}, "drivetrain.motor has an elastic shaft"),
         (replace(scenario, drivetrain=padded), {}, "drivetrain.brake has pads: in an FMU"),
+        (replace(scenario, drivetrain=unknown), by_pressure, r"needs \[brake\] with pressure"),
+        (locomotive, by_pressure, "brake_pressure = True needs kind = 'vehicle'"),
         (plain_scenario(wheelset), {}, r"scenario.vehicle = None: .* needs a scenario with"),
     ):
         given: Any = options
