@@ -82,7 +82,7 @@ void train_configure(train *t, const creep_table *table, const force_element_par
     t->member.table = table;
     t->member.contact = &t->contact;
     t->member.drivetrain = &t->drivetrain;
-    force_element_scales(table, contact, contact->nominal_load, 1.0, &t->member.scales);
+    drivetrains_prepare(&t->member, 1);
 }
 
 /* Lay a patch in place of the last one; two equal places remove it. */

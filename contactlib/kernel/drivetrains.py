@@ -86,26 +86,15 @@ class NativeFleet:
     """
 
     def __init__(self, members: Sequence[NativeMember], axles: int = 1) -> None:
-        lib = library()
         self.size, self.axles = len(members), axles
         self._gripped: dict[bytes, tuple[float, float]] = {}  # of the last call of `grip`
         places = np.zeros(self.size, _place_dtype())
-        contacts, of_contact = _unique([(member.contact, member.table) for member in members])
+        contacts, of_contact = _unique([member.contact for member in members])
         bodies, of_body = _unique([(member.drivetrain, member.body) for member in members])
         tracks, of_track = _unique([member.track for member in members])
-        given = [parameters for parameters, _ in contacts]
-        contact = _records(given, struct_dtype("force_element_parameters"))
+        contact = _records(contacts, struct_dtype("force_element_parameters"))
         flat = [{**drivetrain, **body} for drivetrain, body in bodies]
         drivetrain = _records(flat, struct_dtype("drivetrain_parameters"))
-        scales = np.zeros(len(contacts), struct_dtype("contact_scales"))
-        for i, (parameters, table) in enumerate(contacts):
-            lib.force_element_scales(
-                table.struct,
-                pointer(contact[i : i + 1], "force_element_parameters"),
-                parameters["nominal_load"],
-                1.0,
-                pointer(scales[i : i + 1], "contact_scales"),
-            )
         maps, of_map = _unique([track and track.peaks for track in tracks])
         maps_kept = [None if one is None else _peak_struct(one) for one in maps]
         rails, profiles = _track_records(tracks, _addresses_of(maps_kept)[of_map])
@@ -114,14 +103,13 @@ class NativeFleet:
         places["drivetrain"] = _addresses(drivetrain)[of_body]
         without = np.array([track is None for track in tracks])
         places["rails"] = np.where(without, 0, _addresses(rails))[of_track]
-        for name in scales.dtype.names or ():
-            places[name] = scales[name][of_contact]
         pads, of_pads = _unique([member.pads for member in members])
         pads_kept = [None if one is None else _pad_struct(one) for one in pads]
         places["pads"] = _addresses_of(pads_kept)[of_pads]
         tables = [m.table for m in members], maps, maps_kept, pads, pads_kept
         self._kept = tables, contact, drivetrain, rails, profiles, places
         self.members = pointer(places, "drivetrain_member")
+        library().drivetrains_prepare(self.members, self.size)
 
     def stepping(
         self,
@@ -277,8 +265,8 @@ class NativeFleet:
 def _place_dtype() -> np.dtype[np.void]:
     """Dtype of the struct drivetrain_member, with pointers as numbers."""
     pointers = [(name, np.uintp) for name in ("table", "contact", "drivetrain", "rails", "pads")]
-    scales = [(name, np.float64) for name in struct_dtype("contact_scales").names or ()]
-    return checked_dtype([*pointers, *scales], "drivetrain_member")
+    derived = [(name, struct_dtype(name)) for name in ("contact_scales", "shape_memory")]
+    return checked_dtype([*pointers, *derived], "drivetrain_member")
 
 
 @cache

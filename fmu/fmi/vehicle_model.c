@@ -54,9 +54,6 @@ static void gather(const creep_table *table, const model_values *values, size_t 
                                  .contact = &v->contact,
                                  .drivetrain = &d->train[i],
                                  .rails = &d->rails[i]};
-        if (i > 0 && memcmp(&v->contact, m[-1].contact, sizeof v->contact) == 0)
-            m->scales = m[-1].scales;
-        else force_element_scales(table, &v->contact, v->contact.nominal_load, 1.0, &m->scales);
         double held = axle->torque_per_pressure * larger(axle->brake_pressure, 0.0);
         int by_pressure = axle->torque_per_pressure > 0.0;
         d->input[i] = (drivetrain_input){.commanded_torque = axle->motor_torque,
@@ -76,6 +73,7 @@ static void gather(const creep_table *table, const model_values *values, size_t 
         d->axle[i] = v->past;
         d->axle[i].load = v->input.normal_load;
     }
+    drivetrains_prepare(d->member, n);
 }
 
 static const char *move(drivetrains *d, model_values *values, size_t n, double step,

@@ -8,6 +8,7 @@
 #ifndef DRIVETRAIN_H
 #define DRIVETRAIN_H
 
+#include "half_space.h"
 #include "track.h"
 #include "vehicle.h"
 #include "wheelset.h"
@@ -93,7 +94,11 @@ typedef struct {
     const track *rails;
     const pad_table *pads; /* NULL: their friction is constant */
     contact_scales scales; /* of the contact at its nominal load */
+    shape_memory shape;    /* likewise, with memory */
 } drivetrain_member;
+
+/* Set scales and shapes of n members. */
+CONTACTLIB_API void drivetrains_prepare(drivetrain_member *members, size_t n);
 
 /* Advance n drivetrains by one step. Each `axles` neighbours share their speed, as those of one
  * vehicle, whose mass is the sum of theirs: then all have a mass, equal speeds, and the same table

@@ -4,6 +4,20 @@
 #define WIDE_SUFFIX one_lane
 #include "drivetrains.inc"
 
+void drivetrains_prepare(drivetrain_member *members, size_t n) {
+    for (size_t i = 0; i < n; i++) {
+        drivetrain_member *m = &members[i];
+        const force_element_parameters *p = m->contact;
+        if (i > 0 && m->table == m[-1].table && memcmp(p, m[-1].contact, sizeof *p) == 0) {
+            m->scales = m[-1].scales;
+            m->shape = m[-1].shape;
+            continue;
+        }
+        m->scales = contact_scales_of(m->table, p);
+        if (remembers(p)) m->shape = shape_of(p);
+    }
+}
+
 void drivetrains_settle(const drivetrain_member *members, size_t n, const drivetrain_input *input,
                         drivetrain_state *state) {
     for (size_t i = 0; i < n; i++) {

@@ -57,11 +57,19 @@ ALWAYS_INLINE int softens_with_heat(const force_element_parameters *p) {
     return p->softening_temperature > 0.0;
 }
 
+/* What the shape at the nominal load gives to the memory. */
+static inline shape_memory shape_of(const force_element_parameters *p) {
+    shape_memory shape;
+    shape_memory_of(p->elliptic != 0.0, p->semi_width / p->transverse_half_length, p->poisson_ratio,
+                    &shape);
+    return shape;
+}
+
 /* What the memory needs of the contact at the nominal load; the scales are those without memory. In
  * full stick the law does not depend on k_hat, which changes with friction; its table does, in its
  * last digits. */
 static inline void set_memory_scales(const creep_table *table, const force_element_parameters *p,
-                                     contact_scales *s) {
+                                     const shape_memory *shape, contact_scales *s) {
     contact_memory memory;
     double clean = creep_table_initial_slope(table, 0.0, 0.0), layered = clean;
     if (has_layer(p)) layered = creep_table_initial_slope(table, 0.0, s->layer_ratio);
@@ -69,9 +77,7 @@ static inline void set_memory_scales(const creep_table *table, const force_eleme
     double to_strips = p->body_modulus / p->contact_modulus, softer = clean / layered;
     int elliptic = p->elliptic != 0.0;
     double ideal = elliptic ? 2.35619449019234493 : 2.0; /* initial slope of Carter's law */
-    double shape = p->semi_width / p->transverse_half_length;
-    contact_memory_of(elliptic, shape, p->poisson_ratio, s->layer_ratio * to_strips, softer - 1.0,
-                      &memory);
+    memory_with_layer(elliptic, shape, s->layer_ratio * to_strips, softer - 1.0, &memory);
     s->relaxation_length = memory.relaxation_length * p->semi_width;
     s->lateral_relaxation_length = memory.lateral_relaxation_length * p->semi_width;
     s->initial_slope = layered;
@@ -80,9 +86,10 @@ static inline void set_memory_scales(const creep_table *table, const force_eleme
 }
 
 /* Scales at the nominal load, with the friction coefficients as given; without a table those of the
- * memory are 0. */
-ALWAYS_INLINE contact_scales contact_scales_of(const creep_table *table,
-                                               const force_element_parameters *p) {
+ * memory are 0. NULL for the shape of an ellipse that is not known. */
+ALWAYS_INLINE contact_scales contact_scales_with(const creep_table *table,
+                                                 const force_element_parameters *p,
+                                                 const shape_memory *ellipse) {
     const double inverse_pi = 0.31830988618379067;
     double drop = p->static_friction - p->kinetic_friction, kinetic = p->kinetic_friction;
     double modulus = p->contact_modulus;
@@ -105,8 +112,16 @@ ALWAYS_INLINE contact_scales contact_scales_of(const creep_table *table,
         0.0,
         0.0,
     };
-    if (remembers(p) && table != NULL) set_memory_scales(table, p, &s);
+    if (remembers(p) && table != NULL) {
+        shape_memory shape = ellipse && p->elliptic != 0.0 ? *ellipse : shape_of(p);
+        set_memory_scales(table, p, &shape, &s);
+    }
     return s;
+}
+
+ALWAYS_INLINE contact_scales contact_scales_of(const creep_table *table,
+                                               const force_element_parameters *p) {
+    return contact_scales_with(table, p, NULL);
 }
 
 /* Scales with both friction coefficients multiplied by a factor, whose inverse is given too. */

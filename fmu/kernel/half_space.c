@@ -70,32 +70,43 @@ static double length_of_line(double lag, double c, double length) {
     return lag + 8.0 * c / (PI * PI * length) * (lag + 5.0 / 3.0);
 }
 
-void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio, double layer_ratio,
-                       double softer, contact_memory *memory) {
+void shape_memory_of(int elliptic, double a_over_b, double poisson_ratio, shape_memory *shape) {
     double g = elliptic ? held(a_over_b) : smaller(a_over_b, MAX_LINE_ASPECT), nu = poisson_ratio;
-    double length[2], compliance, rise;
-    double lateral = 1.0 - nu; /* stiffness across over along rolling */
+    shape->lateral = 1.0 - nu;
     if (elliptic) {
-        values(2, RELAXATION_LENGTHS, g, nu, length);
-        lateral = 1.0 - nu * (1.0 - 0.345 * g) / (1.0 + 0.5 * g); /* c22/c11, to 2 % for steel */
+        values(2, RELAXATION_LENGTHS, g, nu, shape->length);
+        shape->lateral = 1.0 - nu * (1.0 - 0.345 * g) / (1.0 + 0.5 * g); /* c22/c11, steel: 2 % */
         /* Mindlin's problem: tractions like one over the root of 1 - X^2 - Y^2 displace the centre
          * by the integrals of cos^2 and (1 - nu) sin^2 over sqrt(cos^2 + g^2 sin^2). */
-        compliance = elliptic_integral(g, 1.0, 1.0 - nu) / (3.0 * (1.0 - nu));
-        rise = (32.0 / (3.0 * PI * PI) - 1.0) * compliance;
+        shape->compliance = elliptic_integral(g, 1.0, 1.0 - nu) / (3.0 * (1.0 - nu));
+        shape->rise = (32.0 / (3.0 * PI * PI) - 1.0) * shape->compliance;
     } else {
         double lines = 2.0 / g, lag = logarithm(4.0 * lines) - 1.5, e = nu / (1.0 - nu);
-        length[0] = length_of_line(lag + e, (1.0 - 2.0 * nu) / (1.0 - nu), lines);
-        length[1] = length_of_line(lag - nu, 1.0 + nu, lines);
-        compliance = 0.5 * (lag + 0.5 + e);
-        rise = 0.75 - 0.69314718055994531; /* ln(2) */
+        shape->length[0] = length_of_line(lag + e, (1.0 - 2.0 * nu) / (1.0 - nu), lines);
+        shape->length[1] = length_of_line(lag - nu, 1.0 + nu, lines);
+        shape->compliance = 0.5 * (lag + 0.5 + e);
+        shape->rise = 0.75 - 0.69314718055994531; /* ln(2) */
     }
-    const layer_memory *shape = elliptic ? &LAYER_ELLIPSE : &LAYER_LINE;
-    memory->relaxation_length = length_with_layer(shape, length[0], softer);
-    memory->lateral_relaxation_length = length_with_layer(shape, length[1], softer * lateral);
-    memory->standing_stiffness = 1.0 / standing_compliance(shape, compliance, rise, layer_ratio);
+}
+
+void memory_with_layer(int elliptic, const shape_memory *shape, double layer_ratio, double softer,
+                       contact_memory *memory) {
+    const layer_memory *layer = elliptic ? &LAYER_ELLIPSE : &LAYER_LINE;
+    memory->relaxation_length = length_with_layer(layer, shape->length[0], softer);
+    memory->lateral_relaxation_length =
+        length_with_layer(layer, shape->length[1], softer * shape->lateral);
+    memory->standing_stiffness =
+        1.0 / standing_compliance(layer, shape->compliance, shape->rise, layer_ratio);
 }
 
 #ifndef ONE_FILE_KERNEL
+void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio, double layer_ratio,
+                       double softer, contact_memory *memory) {
+    shape_memory shape;
+    shape_memory_of(elliptic, a_over_b, poisson_ratio, &shape);
+    memory_with_layer(elliptic, &shape, layer_ratio, softer, memory);
+}
+
 /* Creepages along and across rolling at which the stick area vanishes, over zeta0 of strips. They
  * are the largest strains under Hertz's traction in full slip, with g = a/b:
  *

@@ -20,6 +20,13 @@ typedef struct {
                                          force over f P per displacement over a 2 f p0/E* [1] */
 } contact_memory;
 
+/* What the shape of a contact gives to it; that of an ellipse is the same at any load. */
+typedef struct {
+    double length[2];        /* relaxation lengths of the bodies along and across rolling, over a */
+    double compliance, rise; /* see standing_compliance in half_space.c */
+    double lateral;          /* stiffness across over along rolling */
+} shape_memory;
+
 /* Memory of bodies with a layer between them. E* is the contact modulus of Hertz's pressure,
  * whatever the stiffness in rolling.
  *
@@ -28,10 +35,15 @@ typedef struct {
  *     layer_ratio   lam = L E* / (2 a), with the layer's compliance L; 0: no layer
  *     softer        initial slope of the steady law without the layer, over that with it, minus 1
  */
+void shape_memory_of(int elliptic, double a_over_b, double poisson_ratio, shape_memory *shape);
+void memory_with_layer(int elliptic, const shape_memory *shape, double layer_ratio, double softer,
+                       contact_memory *memory);
+
+#ifndef ONE_FILE_KERNEL
+/* The same in one step. */
 CONTACTLIB_API void contact_memory_of(int elliptic, double a_over_b, double poisson_ratio,
                                       double layer_ratio, double softer, contact_memory *memory);
 
-#ifndef ONE_FILE_KERNEL
 typedef struct {
     double c11; /* Kalker's creep coefficients [1] */
     double c22;

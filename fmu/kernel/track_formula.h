@@ -55,6 +55,11 @@ static inline double peak_factor(const peak_map *map, const double at[PEAK_AXES]
     return map->branches > 1.0 ? larger(first, peak_sum(map, place, 0, 1)) : first;
 }
 
+/* Whether both wheels meet the same friction. */
+static inline int has_equal_sides(const track *rails) {
+    return rails->left.at == rails->right.at && rails->left.value == rails->right.value;
+}
+
 /* Where a wheel is, and how it rolls there. */
 typedef struct {
     double distance, time, speed, load[2]; /* loads of all wheels as in peak_map */
@@ -64,7 +69,7 @@ typedef struct {
 static inline void track_factors(const track *rails, const track_place *at, double factor[4]) {
     double over_time = rails->scale * profile_value(&rails->over_time, at->time);
     factor[0] = profile_value(&rails->left, at->distance);
-    factor[1] = profile_value(&rails->right, at->distance);
+    factor[1] = has_equal_sides(rails) ? factor[0] : profile_value(&rails->right, at->distance);
     factor[2] = profile_value(&rails->slope, at->distance);
     factor[3] = profile_value(&rails->grade, at->distance);
     for (int side = 0; side < 2; side++) {
@@ -91,9 +96,10 @@ static inline double distance_behind(const profile *p, double distance) {
  * at rest only the profile over time counts. */
 static inline double track_until_change(const track *rails, double distance, double speed,
                                         double time) {
-    const profile *along[] = {&rails->left, &rails->right, &rails->slope, &rails->grade};
+    const profile *along[] = {&rails->left, &rails->slope, &rails->grade, &rails->right};
+    size_t count = has_equal_sides(rails) ? 3 : 4;
     double found = distance_ahead(&rails->over_time, time);
-    for (size_t i = 0; speed != 0.0 && i < sizeof along / sizeof *along; i++) {
+    for (size_t i = 0; speed != 0.0 && i < count; i++) {
         double way =
             speed > 0.0 ? distance_ahead(along[i], distance) : distance_behind(along[i], distance);
         found = fmin(found, way / fabs(speed));
