@@ -213,6 +213,9 @@ def of_runs(names: Sequence[str]) -> list[str]:
 
 def analyse(scenario: Scenario, names: Sequence[str]) -> dict[str, float]:
     """Compute outcomes of the analysis of one scenario; nan where one does not apply."""
+    found = ((name, SWEEP_OUTCOMES[name].analyse) for name in names)
+    functions = {name: f for name, f in found if f is not None}
+    if not functions:  # of runs alone, which need none of its data
+        return {}
     analysis = Analysis(scenario)
-    functions = {name: SWEEP_OUTCOMES[name].analyse for name in names}
-    return {name: float(f(analysis)) for name, f in functions.items() if f is not None}
+    return {name: float(f(analysis)) for name, f in functions.items()}

@@ -128,3 +128,9 @@ def test_maps_of_friction_and_load_are_in_order() -> None:
     assert (time[0] == 0.0).all()  # this light it does not hold the demand anywhere
     assert (time[1, 1:] >= time[1, :-1]).all()
     assert 0.0 < time[1, 0] < math.inf
+
+
+def test_outcomes_of_runs_build_no_analysis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It keeps 0.2 MB of each scenario."""
+    monkeypatch.setattr("contactlib.runs.analysis.Analysis", None)
+    assert analyse(wet_patch(), ["final_speed"]) == {}
