@@ -110,9 +110,10 @@ export class App {
     this.restart();
   }
 
-  private putBack({ control, patch, playback }: Settings): void {
+  private putBack({ control, patch, playback, speed, vehicle: { memory } }: Settings): void {
     Object.assign(this.control, control);
-    Object.assign(this.settings, { patch: { ...patch }, playback });
+    const vehicle = { ...this.settings.vehicle, memory };
+    Object.assign(this.settings, { patch: { ...patch }, playback, speed, vehicle });
   }
 
   /** Begin again at rest, with the settings as they are. */
@@ -182,17 +183,15 @@ export class App {
     const before = this.before ?? structuredClone({ ...this.settings, control: { ...this.control } });
     const another = this.story !== null;
     this.endStory();
-    this.putBack(before); // no story starts from another's settings
+    this.putBack(before); // no story starts from another's settings and state
+    if (another) this.restart();
     const why = story.cannot(this);
     if (why === null) {
       this.before = before;
       this.story = story;
       this.playing = true;
       this.beginStep(0);
-    } else {
-      if (another) this.restart(); // not in the state that the other story has led to
-      showText(why);
-    }
+    } else showText(why);
     this.stage.changed();
   }
 
@@ -345,7 +344,7 @@ export class App {
       if (this.settings.vehicle.mass !== null) stage.moved();
       showNumbers(find("numbers"), numbers(moment));
       write(find("warning"), warnings(moment));
-      write(find("clock"), `t = ${digits(run.now.time, 4)} s`);
+      write(find("clock"), `t = ${digits(run.now.time, run.now.time < 0.1 ? 2 : 4)} s`);
     }
     if (late && !often) { // texts cost time, so that they come in a frame of their own
       this.lookedSeldom = now;
@@ -358,7 +357,7 @@ export class App {
   /** Show what a wet patch would do to the wheel now. */
   private predict(): void {
     const { run, settings, control } = this, { plant } = this.shown;
-    if (plant.rolls(run.now.speed) > run.now.speed) {
+    if (run.motion.stands) {
       write(find("clearing"), "A wheel that stands leaves no patch.");
       return;
     }

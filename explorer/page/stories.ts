@@ -3,12 +3,15 @@
 import { clearing } from "../physics/clearing";
 import { FASTEST_RIM } from "../physics/motion";
 import { SAMPLE } from "../physics/run";
-import type { Fold } from "../physics/plant";
+import { type Fold, Plant } from "../physics/plant";
 import { isStable } from "../physics/stability";
 import type { App, Step, Story } from "./app";
 import { digits, duration, percent } from "./format";
 
 const OVER = 1.015; // torque over the fold's with which Hysteresis drives the wheel away
+const YIELDING = 0.4; // torque over the largest that a wheel that stands springs under
+const RISE = 0.06; // time in which that torque comes [s], and LEAVE in which it goes
+const LEAVE = 1e-3;
 const RESTING = 0.9; // torque over the fold's at which the wheel meets a wet patch, if it is above the return's
 const WETTEST = 0.1; // friction at which a patch lets a wheel slip away, if any does
 
@@ -106,6 +109,28 @@ const step = (until: Step["until"], text: string | Step["text"], begin?: Step["b
 /** A text for the end, while the rest goes on at another pace. */
 const slower = (playback: number, text: string): Step =>
   step(Infinity, text, (app) => (app.settings.playback = playback));
+
+/** Why the contact cannot remember; null if it can. */
+function noMemory({ settings: { vehicle, axleLoad } }: App): string | null {
+  try {
+    return new Plant({ ...vehicle, memory: true }, axleLoad) && null;
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    return `Here no wheel can stand: ${error.message}.`;
+  }
+}
+
+/** Begin at standstill without a torque, and let one come slowly. */
+function stand(app: App): void {
+  app.control.mode = "torque";
+  app.control.drive_torque = 0;
+  const vehicle = { ...app.settings.vehicle, memory: true };
+  Object.assign(app.settings, { vehicle, speed: 0, playback: 0.02 });
+  app.restart();
+  const { torque } = app.shown.largest;
+  app.control.drive_torque = YIELDING * torque;
+  app.control.torque_rate = (YIELDING * torque) / RISE;
+}
 
 const lasts = ({ settings: { patch }, run }: App): string => duration(patch.length / run.now.speed);
 
@@ -221,6 +246,23 @@ export const STORIES: Story[] = [
         "than the last.", (app) => late(app, 0.85)),
       step(Infinity, (app) => `With a measurement older than ${duration(1 / poleThere(app))}, one over the ` +
         "pole, no gain at all would hold it."),
+    ],
+  },
+  {
+    name: "Spring",
+    cannot: noMemory,
+    steps: [
+      step(0.1, ({ control, shown: { plant } }) => {
+        const { stiffness } = plant.spring(), force = control.drive_torque / plant.vehicle.radius;
+        return `This wheel stands and does not slip: under ${kilo(control.drive_torque, 3)} its rim moves ` +
+          `by ${digits((1e6 * force) / stiffness, 2)} \u00b5m, as on a spring of ` +
+          `${digits(1e-9 * stiffness)} kN/\u2060\u00b5m.`;
+      }, stand),
+      step(Infinity, ({ shown: { plant } }) => "The torque is gone: the wheel swings back, and goes on about " +
+        `its place at ${digits(plant.spring().frequency)}\u00a0Hz, as its inertia must on that spring.`, (app) => {
+        app.control.torque_rate = app.control.drive_torque / LEAVE;
+        app.control.drive_torque = 0;
+      }),
     ],
   },
 ];

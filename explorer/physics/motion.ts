@@ -15,6 +15,7 @@ export class Motion {
   readonly drivetrain = new Drivetrain();
   patch: Patch | null = null;
   plant!: Plant; // on the dry rail
+  private displacement = 0; // of the rim against the rail [m]
   private rims: [number, number] = [0, FASTEST_RIM]; // between which time goes on [m/s]
 
   /** Take these parameters and this load [N]; the state stays. */
@@ -35,6 +36,7 @@ export class Motion {
     for (const name of Object.keys(state)) Object.assign(state, { [name]: 0 });
     this.placePatch(null);
     this.rims = [0, FASTEST_RIM];
+    this.displacement = 0;
     const rolls = this.plant.rolls(speed);
     this.turn(rolls, creepage);
     this.rollSteadily();
@@ -70,6 +72,12 @@ export class Motion {
     return memory ? -minimum_speed : minimum_speed;
   }
 
+  /** Whether the vehicle is slower than the minimum speed, so that there is no creepage. */
+  get stands(): boolean {
+    const { speed } = this.drivetrain.state;
+    return this.plant.rolls(speed) > speed;
+  }
+
   /** Speed of the rim [m/s]. */
   private get rim(): number {
     return this.drivetrain.state.omega_left * this.plant.vehicle.radius;
@@ -95,9 +103,10 @@ export class Motion {
 
   /** Step from a time on [s] under a torque [N.m]; returns which ends of the patch were passed. */
   advance(time: number, step: number, torque: number): RunEvent["name"][] {
-    const { input, state } = this.drivetrain, from = state.distance;
+    const { input, state } = this.drivetrain, from = state.distance, slip = this.rim - state.speed;
     input.commanded_torque = torque;
     this.drivetrain.advance(time, step, TOLERANCE);
+    this.displacement += 0.5 * step * (slip + this.rim - state.speed);
     const passed: RunEvent["name"][] = [];
     if (this.patch !== null) {
       const { begins, ends } = this.patch, to = state.distance;
@@ -120,7 +129,10 @@ export class Motion {
     const turning = drive_torque - radius * creep_force - damping * omega; // J d(omega)/dt
     const creepage_rate =
       this.plant.gain(speed) * turning - ((speed / rolls + creepage) * out.speed_rate) / rolls;
-    return { time, creepage, drive_torque, creep_force, speed, friction, creepage_rate };
+    const { displacement } = this;
+    return {
+      time, creepage, drive_torque, creep_force, speed, friction, creepage_rate, displacement,
+    };
   }
 
   /** Why it cannot go on, in one line, or null. */

@@ -112,6 +112,17 @@ export class Plant {
     return this.vehicle.radius / (this.vehicle.inertia * this.rolls(speed));
   }
 
+  /** A wheel that stands on a contact with memory, and does not slip: the force of both contacts per
+   * displacement [N/m], and the frequency with which the wheel swings on them [Hz]. */
+  spring(): { stiffness: number; frequency: number } {
+    const { radius, inertia, inverse_mass } = this.body, { kinetic_friction } = this.vehicle;
+    const scales = scalesOf(this.rolling, this.axleLoad, 1, this.table);
+    const slope = (scales.initial_slope * kinetic_friction * this.axleLoad) / scales.saturation_creepage;
+    const stiffness = (scales.standing_stiffness * slope) / scales.relaxation_length;
+    const inverse = radius ** 2 / inertia + inverse_mass;
+    return { stiffness, frequency: Math.sqrt(stiffness * inverse) / (2 * Math.PI) };
+  }
+
   /** zeta0, k_hat and process zone ratio under this load, without slip speed. */
   scales(friction = 1): Structs["contact_scales"] {
     return scalesOf(this.contact, this.axleLoad, friction);

@@ -1,9 +1,11 @@
 /** What a run keeps: rows of its history, and events. */
 
 /** Columns of the history: time [s], creepage [1], drive torque [N.m], creep force [N], speed
- * [m/s], factor on the rail's friction [1], rate of the creepage [1/s]. */
+ * [m/s], factor on the rail's friction [1], rate of the creepage [1/s], displacement of the rim against
+ * the rail since the start [m]. */
 export const COLUMNS = [
   "time", "creepage", "drive_torque", "creep_force", "speed", "friction", "creepage_rate",
+  "displacement",
 ] as const;
 export type Column = (typeof COLUMNS)[number];
 type Columns = Record<Column, Float64Array>;

@@ -74,11 +74,13 @@ export class Run {
     this.watch(this.fold);
   }
 
-  /** Creepage of the fold [1] for the events; null without a fold. Slip-away is at ten zeta0. */
+  /** Creepage of the fold [1] for the events; null without a fold. Slip-away is at ten zeta0. A wheel
+   * that stands has no creepage, and none of these events. */
   watch(foldCreepage: number | null): void {
     this.fold = foldCreepage;
-    const away = 10 * this.motion.plant.saturation;
-    this.watcher.set(foldCreepage ?? Infinity, away, this.now.creepage);
+    const { stands, plant } = this.motion;
+    const [fold, away] = stands ? [Infinity, Infinity] : [foldCreepage, 10 * plant.saturation];
+    this.watcher.set(fold ?? Infinity, away, this.now.creepage);
   }
 
   /** Go on for a time [s], in whole samples; what is left over goes to the next call. */

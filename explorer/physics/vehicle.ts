@@ -44,13 +44,14 @@ export function contactModulus(v: Vehicle): number {
   return v.youngs_modulus / (2 * (1 - v.poisson_ratio ** 2)); // Eq. (4)
 }
 
-/** zeta0, k_hat and process zone ratio under a load [N], without slip speed; none of the memory. */
+/** zeta0, k_hat and process zone ratio under a load [N], without slip speed; those of the memory only
+ * with a table. */
 export function scalesOf(
-  parameters: ForceParameters, load = parameters.nominal_load, friction = 1,
+  parameters: ForceParameters, load = parameters.nominal_load, friction = 1, table = 0,
 ): Structs["contact_scales"] {
   return kernel.filled("contact_scales", (to) =>
     kernel.module.force_element_scales(
-      0, kernel.given("force_element_parameters", parameters), load, friction, to));
+      table, kernel.given("force_element_parameters", parameters), load, friction, to));
 }
 
 /** Parameters of the force element, without memory, for a weakening length [m]. */

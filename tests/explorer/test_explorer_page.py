@@ -430,6 +430,21 @@ RUN_STORY = """async (after) => {
 }"""
 
 
+# Growth of the creep force with the displacement while the torque comes.
+STIFFNESS = """async () => {
+  const { time, displacement, creep_force } = (await contactlib.ready).app.run.history.window();
+  const at = (when) => time.findIndex((t) => t >= when), [from, to] = [at(0.01), at(0.05)];
+  return (creep_force[to] - creep_force[from]) / (displacement[to] - displacement[from]);
+}"""
+
+
+def number_in(text: str, unit: str) -> float:
+    """The number before a unit."""
+    match = re.search(rf"([\d.]+)\s{unit}", text)
+    assert match, text
+    return float(match[1])
+
+
 def run_story(visitor: Visitor, setting: Setting, story: str, after: float) -> Found:
     setting.set_up(visitor)
     visitor.wait()
@@ -499,6 +514,30 @@ def test_an_experiment_shows_what_it_describes(
     for step, end, (events, (low, high)) in zip(played.steps, ends, expected, strict=True):
         assert set(step["events"]) == set(events.split())
         assert low <= end / fold.creepage <= high
+
+
+@SETTINGS
+def test_a_wheel_that_stands_swings_as_on_the_spring_that_the_text_names(
+    visitor: Visitor, setting: Setting, request: pytest.FixtureRequest
+) -> None:
+    """Its stiffness follows from force and displacement, its frequency from the inertia on it."""
+    played = run_story(visitor, setting, "Spring", 0.1)
+    wheelset, stiffness = setting.wheelset(request), visitor.call(STIFFNESS)
+    frequency = math.sqrt(stiffness * wheelset.effective_inverse_mass) / (2.0 * math.pi)
+    assert 1e-9 * stiffness == pytest.approx(number_in(played.texts[0], "kN/"), rel=0.02)
+    assert frequency == pytest.approx(number_in(played.texts[1], "Hz"), rel=0.02)
+    assert {event for step in played.steps for event in step["events"]} == set()
+    rows = visitor.call("async () => [...(await contactlib.ready).app.run.history.window().time]")
+    moved = visitor.call(
+        "async () => [...(await contactlib.ready).app.run.history.window().displacement]"
+    )
+    free = np.array(rows) > played.time - 0.09
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(np.array(moved)[free]))))
+    period = 2.0 * np.diff(np.array(rows)[free][turns]).mean()
+    assert period * frequency == pytest.approx(1.0, rel=0.03)
+    visitor.press("Reset")
+    assert visitor.settings()["speed"] > 0.0
+    assert not visitor.settings()["vehicle"]["memory"]
 
 
 def test_the_experiment_of_the_wet_patch_finds_a_torque(visitor: Visitor) -> None:
@@ -588,8 +627,8 @@ def test_keys_do_what_the_help_lists(visitor: Visitor) -> None:
     assert pressed("w", "run.motion.patch")["friction"] == 0.5
     assert pressed("r", "run.now.time") == 0.0
     stories = visitor.page.locator("#stories button")
-    assert stories.count() == 6
-    for i in range(6):
+    assert stories.count() == 7
+    for i in range(7):
         assert pressed(str(i + 1), "story.name") == stories.nth(i).inner_text()
     visitor.press("Slip-away")  # whatever was clicked, Space pauses and goes on
     for what in ("Slip-away", "Kick the wheel", "Reset"):
@@ -904,8 +943,8 @@ TYPE_SIZES = """async () => [
     .map((kind) => parseFloat(getComputedStyle(document.querySelector(`main ${kind}`)).fontSize)),
   ...(await contactlib.ready).app.stage.views.flatMap(({ chart: { plot } }) =>
     plot.axes.map(({ font }) => parseFloat(font[0]))),
-  ...[...document.querySelectorAll("canvas.over, #above")].map((e) =>
-    parseFloat(e.getContext("2d").font.match(/[0-9.]+(?=px)/)[0])),
+  ...[...document.querySelectorAll("canvas.over, #above")].filter((e) => e.checkVisibility())
+    .map((e) => parseFloat(e.getContext("2d").font.match(/[0-9.]+(?=px)/)[0])),
 ]"""
 PIXELS = """(id) =>
   [...document.querySelectorAll(`#${id} canvas`)].map((e) => e.toDataURL()).join()"""
@@ -1024,6 +1063,10 @@ def states_of(visitor: Visitor, model: str) -> Iterator[str]:
     visitor.choose(model)
     visitor.press("Wet patch")
     yield "an experiment"
+    visitor.press("Spring")
+    for i in range(3):
+        visitor.simulate(0.05)
+        yield f"a wheel that stands, {i}"
     visitor.choose("locomotive")
     visitor.enter(rate=1e3, torque=30.0)
     visitor.simulate(30.0)
