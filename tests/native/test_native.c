@@ -86,6 +86,9 @@ static void test_force(const creep_table *table, const force_element_parameters 
     relaxation_lengths lengths;
     relaxation_lengths_of(1.0, 0.28, &lengths);
     CHECK(lengths.lateral < lengths.longitudinal && lengths.longitudinal < lengths.spin);
+    contact_memory memory; /* without a layer it lags by these lengths */
+    contact_memory_of(1, 1.0, 0.28, 0.0, 0.0, &memory);
+    CHECK(fabs(memory.relaxation_length / lengths.longitudinal - 1.0) < 1e-12);
     for (int i = 0; i < points; i++) {
         force_element_input in = {
             .omega = (random_unit() - 0.5) * random_exponent(-12.0, 9.0),
@@ -461,7 +464,7 @@ static drivetrain_member member_of(const creep_table *table, const some_drivetra
                                    const track *rails) {
     drivetrain_member member = {
         .table = table, .contact = &d->contact, .drivetrain = &d->train, .rails = rails};
-    force_element_scales(table, &d->contact, d->contact.nominal_load, 1.0, &member.scales);
+    drivetrains_prepare(&member, 1);
     return member;
 }
 

@@ -58,7 +58,6 @@ static void run_many(findings *found) {
     for (int i = 0; i < TRAINS; i++) {
         members[i] =
             (drivetrain_member){.table = &table, .contact = &contact, .drivetrain = &train};
-        force_element_scales(&table, &contact, contact.nominal_load, 1.0, &members[i].scales);
         in[i] = (drivetrain_input){.commanded_torque = 2e4 + 500.0 * i,
                                    .load_left = 1.1e5,
                                    .load_right = 1e5,
@@ -70,6 +69,7 @@ static void run_many(findings *found) {
         x[i] = 0.1 * i;
         k[i] = 0.3;
     }
+    drivetrains_prepare(members, TRAINS);
     drivetrains_advance(members, TRAINS, 1, NULL, in, found->trains, 0.0, 0.02, 1e-4, tried,
                         failed);
     for (int i = 0; i < TRAINS; i++) found->faults += failed[i];
