@@ -89,7 +89,7 @@ def test_a_wheel_that_stands_holds_a_torque_or_breaks_loose(
     slip = run["creepage"] * wheelset.element.minimum_speed
     expected = np.interp(run["time"], other.time, other["slip_velocity"])
     assert_allclose(slip, expected, atol=3e-2 * np.abs(expected).max())
-    moved = cumulative_trapezoid(other["slip_velocity"], other.time, initial=0.0)
+    moved = cumulative_trapezoid(other["slip_velocity"], other.time, initial=0)
     moved = np.interp(run["time"], other.time, moved)
     assert_allclose(run["displacement"], moved, atol=3e-2 * np.abs(moved).max())
     assert (run["speed"] == 0.0).all()
