@@ -19,7 +19,7 @@ from contactlib.base.quantities import FloatArray
 from contactlib.logs.motion import DEGREES, LogErrors, Motion, Rows, force_of
 from contactlib.vehicle.track import Track
 
-Parts: TypeAlias = csr_array[np.float64, tuple[int, int]]
+Parts: TypeAlias = "csr_array[np.float64, tuple[int, int]]"
 
 BLOCK = 0.05  # over which means are taken [s]
 GRID = np.linspace(-3.5, 1.3, 241)  # logarithms of the friction factor
