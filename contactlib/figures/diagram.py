@@ -34,7 +34,7 @@ from contactlib.runs.accumulators import MIN_LOCK_SPEED, STOPPED_SPEED
 from contactlib.runs.outcomes import Metrics
 from contactlib.runs.result import Result
 from contactlib.runs.signals import SIDES
-from contactlib.vehicle.drivetrain import Brake
+from contactlib.vehicle.drivetrain import BUILT_UP, Brake
 from contactlib.vehicle.track import UNCHANGED, Profile
 
 A4, POINTS = "8.268x11.693", 8.0  # page [in], size of its text
@@ -42,7 +42,7 @@ KMH = 3.6  # km/h in 1 m/s
 NOTICED = 0.01  # error of the speed that controllers get / highest speed, from which it is drawn
 SHOWN = 2.0  # top of the coefficients' axis / largest used ones, without peaks
 STRIPS, FEW = 4.6, 5  # height of all coefficients / the air's; axles with labels of two lines
-FILLED, MOST = np.log(20.0), 8  # time to 95 % / time constant; points of rails that are listed
+MOST = 8  # points of rails that are listed
 SLIPS = Limits(at_least=0.0, at_most=500.0)
 
 
@@ -202,7 +202,7 @@ def _settings(scenario: Scenario) -> str:
         spread = f"{100.0 * field.standard_deviation:.3g} %"
         stated.append(f"which varies by {spread} over {field.correlation_length:.3g} m")
     if (brake := scenario.drivetrain.brake) is not None:
-        times = f"{brake.delay:.3g} s of delay, then 95 % in {FILLED * brake.fill_time:.3g} s"
+        times = f"{brake.delay:.3g} s of delay, then 95 % in {BUILT_UP * brake.fill_time:.3g} s"
         stated.append(f"brake: {times}" + ", pads by a table" * (brake.pads is not None))
     if (sand := scenario.drivetrain.sanding) is not None:
         stated.append(f"sand: {sand.friction:.3g} times the friction, laid by {sand.by}")

@@ -43,7 +43,7 @@ LOW, HIGH = 0.05, 0.95  # ends of an interval
 NARROW = np.log(1.5)  # width of an interval of friction that tells something: high over low
 CONFLICT = 2.5  # standard deviations
 TOGETHER = 0.95  # correlation of constants that cannot be separated
-NARROWED = 0.5  # part of the prior by which a constant is narrowed that the log shows
+NARROWED = 50.0  # narrowing of a prior from which the log shows a constant [%]
 WRONG = 1.5  # root mean square of what is measured less what is found, over the errors
 
 
@@ -207,19 +207,19 @@ class RailsEstimate:
                 f"{self.low[least] * kinetic:.3f} to {self.high[least] * kinetic:.3f}) at "
                 f"{self.place[least]:.0f} m."
             )
-        for name, unit, prior, value, spread, narrowed in self._table():
+        table = list(self._table())
+        for name, unit, prior, value, spread, narrowed in table:
             lines.append(
                 f"{name} [{unit}]: {value:.4f} +- {spread:.4f}, before the log +- {prior:.4f}, "
                 f"narrowed by {narrowed:.0f} %"
             )
-        names = list(self.constants)
-        narrow = [1.0 - self.constants[name][1] / self.priors[name] > NARROWED for name in names]
-        for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+        for i, j in zip(*np.triu_indices(len(table), 1), strict=True):
             together = self.correlations[i, j]
-            if abs(together) > TOGETHER and not (narrow[i] or narrow[j]):
+            if abs(together) > TOGETHER and max(table[i][-1], table[j][-1]) <= NARROWED:
                 lines.append(
-                    f"{names[i]} and {names[j]} cannot be separated (correlation {together:.2f}): "
-                    "the log shows only what they do together; measure one of them"
+                    f"{table[i][0]} and {table[j][0]} cannot be separated (correlation "
+                    f"{together:.2f}): the log shows only what they do together; "
+                    "measure one of them"
                 )
         return "\n".join([*lines, *(f"Doubt: {doubt}." for doubt in self.doubts)])
 

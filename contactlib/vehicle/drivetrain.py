@@ -23,6 +23,7 @@ PRESSURE = Quantity("Pa", above=0.0, usual=(1e4, 2e6))  # in a brake cylinder
 BRAKING = Quantity("N.m", above=0.0, usual=(10.0, 3e5))  # torque of one axle's brake
 STIFFNESS = Quantity("N.m/rad", above=0.0, usual=(1e3, 1e10))
 RIM_SPEED = Quantity("m/s", at_least=0.0, usual=(0.0, 170.0))
+BUILT_UP = math.log(20.0)  # time to 95 % / time constant of a first-order lag
 PAD_FRICTION = Quantity("1", above=0.0, usual=(0.05, 5.0))  # friction of pads
 PAD_PRESSURE = Quantity("Pa", at_least=0.0, usual=(0.0, 2e6))  # in a table
 DAMPING = Quantity("N.m.s/rad", at_least=0.0, usual=(0.0, 1e7))
@@ -268,7 +269,7 @@ class Brake(Parameters):
             raise ValueError(
                 f"fill_time = {fill_time!r} and build_up_time = {build_up_time!r}: give one of them"
             )
-        return cls(fill_time=fill_time or (build_up_time or 0.0) / math.log(20.0), **others)
+        return cls(fill_time=fill_time or (build_up_time or 0.0) / BUILT_UP, **others)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -493,7 +493,7 @@ double model_explicit_step(const model *m, const creep_table *table, const model
     double longest = INFINITY;
     if (remembering)
         longest = 0.01 * contact_scales_of(table, p).relaxation_length / fabs(v.input.speed);
-    if (values->brake_torque > 0.0)
+    if (values->brake_torque > 0.0 || values->axle.brake_pressure > 0.0)
         longest = fmin(longest, 2.0 * PADS_GIVE / fabs(p->radius * v.input.omega));
     if (!m->has_contact || !m->moves) return longest; /* no wheelset that slips */
     v.input.omega = v.input.speed / p->radius;

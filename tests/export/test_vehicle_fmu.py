@@ -136,6 +136,19 @@ def test_pressures_act_as_the_torques_of_the_brake_that_has_them(
         np.testing.assert_allclose(axles.get("drive_torque"), held, rtol=1e-12)
 
 
+def test_advice_on_steps_knows_the_pads_under_a_pressure(wheelset: cl.Wheelset) -> None:
+    scenario, steps = braked_vehicle(wheelset, 2), list[tuple[float, float]]()
+    for name, value in (("brake_torque", 3e3), ("brake_pressure", 1e5)):
+        made = described(scenario, brake_pressure=name == "brake_pressure")
+        model = kernel.NativeModel("vehicle", made.native_contact, made.start_values, wheels=2)
+        model.set(omega=1e3)  # so fast that the pads limit the step
+        free = model.explicit_step()
+        model.set(**{name: value})
+        steps.append((free, model.explicit_step()))
+    assert steps[0] == steps[1]
+    assert steps[1][1] < steps[1][0]
+
+
 @pytest.mark.parametrize(("n", "version"), [(1, 3), (2, 2), (4, 3), (6, 2), (8, 3)])
 def test_forces_balance_at_any_number_of_axles(
     wheelset: cl.Wheelset, tmp_path: Path, n: int, version: int

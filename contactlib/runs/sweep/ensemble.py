@@ -417,9 +417,6 @@ def _run(
         for gap in gaps
         for first in range(int(gap[0]), int(gap[-1]) + 1, chunk)
     ]
-    # The first axis of a catalogue rises as a rule, so that its last runs take longest: begin with
-    # them, and no worker is left with them at the end.
-    todo.reverse()
     if todo:
         _check_plausible_map(sweep)
     entered: AbstractContextManager[Workers]
