@@ -669,10 +669,7 @@ class ScenarioContents:
     ) -> Wheelset:
         """Check the whole model file and build its wheelset."""
         with in_file(self.label):
-            wheelset = build_model(self.vehicle, Path(self.folder), table, progress).wheelset
-            if "vehicle" in self.data:
-                drop_warning("mass")  # the vehicle has its own
-            return wheelset
+            return build_model(self.vehicle, Path(self.folder), table, progress).wheelset
 
 
 def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
@@ -699,7 +696,9 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
         if "wheelset" in data:
             vehicle_source = mistakes.of(vehicle_contents, data, file.parent)
             if vehicle_source:
-                mistakes.of(_check_vehicle, *vehicle_source[:2], "vehicle" in data)
+                mistakes.of(_check_vehicle, *vehicle_source[:2])
+                if "vehicle" in data:
+                    drop_warning("mass")  # in place of which is the vehicle's
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
         data = mistakes.of(with_pads, data, file.parent) or without(data, "brake")
         if isinstance(track := data.get("track"), Mapping) and "variation" in track:
@@ -712,11 +711,9 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
     return ScenarioContents(data, vehicle, label, str(folder))
 
 
-def _check_vehicle(label: str, vehicle: dict[str, Any], is_axle: bool) -> None:
+def _check_vehicle(label: str, vehicle: dict[str, Any]) -> None:
     with in_file(label):
         read_model(vehicle, BuildCache())
-        if is_axle:
-            drop_warning("mass")
 
 
 def build_scenario(
@@ -789,6 +786,7 @@ def _drivetrain(
     sanding: Sanding | None,
 ) -> Drivetrain:
     if vehicle is not None:
+        drop_warning("mass")  # of the wheelset's file
         _check_plausible_axles(vehicle, wheelset)
         wheelset = replace(wheelset, mass=vehicle.mass / vehicle.axles)
     return Drivetrain(wheelset, axle=axle, motor=motor, brake=brake, sanding=sanding)

@@ -511,7 +511,11 @@ def test_the_mass_of_a_wheelset_by_itself_is_no_doubt_in_a_vehicle(tmp_path: Pat
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         zero = "constant = 0.0\nlinear = 0.0\nquadratic = 0.0\n"
-        scenario = cl.load_scenario(write(tmp_path, text + zero))
+        scenario = cl.load_scenario(file := write(tmp_path, text + zero))
+        axis = '[axes.r]\nlabel = "r"\nparameter = "vehicle.wheelset.damping"\nvalues = [1.0, 2.0]'
+        chosen = f'name = "s"\nsource = "s"\nscenario = "{file.name}"\noutcomes = ["air_used"]\n'
+        (tmp_path / "sweep.toml").write_text(f"{chosen}{axis}\n")
+        cl.load_sweep(tmp_path / "sweep.toml").scenario_of(1)
     assert not [w for w in caught if w.category is cl.InputWarning]
     assert scenario.drivetrain.wheelset.mass == 142.5e3  # of the vehicle and its train, by axle
 
