@@ -698,7 +698,7 @@ def read_contents(path: str | os.PathLike[str]) -> ScenarioContents:
             if vehicle_source:
                 mistakes.of(_check_vehicle, *vehicle_source[:2])
                 if "vehicle" in data:
-                    drop_warning("mass")  # in place of which is the vehicle's
+                    drop_warning("mass")  # the vehicle has its own
         data = mistakes.of(with_track_map, data, file.parent) or without(data, "track")
         data = mistakes.of(with_pads, data, file.parent) or without(data, "brake")
         if isinstance(track := data.get("track"), Mapping) and "variation" in track:

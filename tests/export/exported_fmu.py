@@ -26,7 +26,7 @@ def fitting(model: Any, name: str, axles: int = 1) -> Any:
 def described(model: cl.Model | cl.Scenario, **options: Any) -> Description:
     """Description of an FMU of a model that fits."""
     if isinstance(model, cl.Scenario):
-        return package.describe(model, None, False, False, **options)
+        return package.describe(model, options.pop("kind", None), False, False, **options)
     return Description(model, **options)
 
 
