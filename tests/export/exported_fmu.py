@@ -26,7 +26,8 @@ def fitting(model: Any, name: str, axles: int = 1) -> Any:
 def described(model: cl.Model | cl.Scenario, **options: Any) -> Description:
     """Description of an FMU of a model that fits."""
     if isinstance(model, cl.Scenario):
-        return package.describe(model, options.pop("kind", None), False, False, **options)
+        defaults = {"kind": None, "implicit": False, "parallel_exchange": False}
+        return package.describe(model, **{**defaults, **options})
     return Description(model, **options)
 
 
