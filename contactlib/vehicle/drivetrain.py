@@ -244,6 +244,7 @@ class Brake(Parameters):
         *,
         fill_time: Annotated[float | None, RESPONSE] = None,
         build_up_time: Annotated[float | None, replace(RESPONSE, at_most=30.0)] = None,
+        vent_time: Annotated[float, RESPONSE],
         **others: Any,
     ) -> Brake:
         """Make the brake from its filling or build-up time; the others are its fields.
@@ -254,6 +255,8 @@ class Brake(Parameters):
             Time constant with which the brake torque rises to its command [s].
         build_up_time : float, optional
             Time in which it rises to 95 % of its command, in place of `fill_time` [s].
+        vent_time : float
+            Time constant with which it falls to its command [s].
 
         Raises
         ------
@@ -269,7 +272,8 @@ class Brake(Parameters):
             raise ValueError(
                 f"fill_time = {fill_time!r} and build_up_time = {build_up_time!r}: give one of them"
             )
-        return cls(fill_time=fill_time or (build_up_time or 0.0) / BUILT_UP, **others)
+        filling = fill_time or (build_up_time or 0.0) / BUILT_UP
+        return cls(fill_time=filling, vent_time=vent_time, **others)
 
 
 @dataclass(frozen=True, kw_only=True)
