@@ -342,22 +342,25 @@ static void test_failing_step(void) {
     v->close(c);
 }
 
-/* A wheel that stands swings on its contact with memory: too often for a long step. */
+/* A wheel that stands swings on its contact with memory: too often for a long step, and one that
+ * spins there needs more than one substep. */
 static void test_standing(void) {
-    void *c = instance(0);
-    if (has("drive_torque") && !kind->is_vehicle &&
-        ((component *)c)->now->values->contact.memory > 0.0) {
-        unsigned given[3] = {reference_of("omega"), reference_of("speed"),
-                             reference_of("drive_torque")};
-        double values[3] = {0.0, 0.0, 1e3};
-        FINE(v->set(c, given, 3, values));
-        FINE(start(v, c, 0.0));
-        int before = messages;
-        FINE(v->step(c, 0.0, 10.0));
-        FINE(v->step(c, 10.0, 10.0)); /* once is enough */
-        CHECK(messages == before + 1);
+    for (int limit = 0; limit < 2; limit++) {
+        void *c = instance(0);
+        if (has("drive_torque") && !kind->is_vehicle &&
+            ((component *)c)->now->values->contact.memory > 0.0) {
+            unsigned given[4] = {reference_of("omega"), reference_of("speed"),
+                                 reference_of("drive_torque"), reference_of("max_substeps")};
+            double values[4] = {-1.5 * limit, 0.0, 1e3, limit}, step = limit > 0 ? 0.1 : 10.0;
+            FINE(v->set(c, given, 4, values));
+            FINE(start(v, c, 0.0));
+            int before = messages;
+            FINE(v->step(c, 0.0, step));
+            FINE(v->step(c, step, step)); /* once is enough */
+            CHECK(messages == before + 1);
+        }
+        v->close(c);
     }
-    v->close(c);
 }
 
 static void test_model_exchange(void) {
