@@ -107,8 +107,10 @@ ALWAYS_INLINE void forget(force_element_input *in) {
 }
 
 /* Share of the outer zone in stiffness and strength, and the part of a zone's strength over which
- * it begins to slip. The shares make two zones follow Mindlin's curve best. */
-static const double OUTER_STIFFNESS = 0.3774, OUTER_STRENGTH = 0.1567, YIELDING = 0.01;
+ * it begins to slip, and of that part over which its share is smooth. The shares make two zones
+ * follow Mindlin's curve best. */
+static const double OUTER_STIFFNESS = 0.3774, OUTER_STRENGTH = 0.1567, YIELDING = 0.01,
+                    SMOOTHING = 0.01;
 
 /* Rate at which a force beyond friction is lost [1/s], and over that force where this begins: a
  * contact that slides at its strength must not lie on the corner. */
@@ -353,10 +355,13 @@ ALWAYS_INLINE memory_flow memory_flow_at(const force_element_parameters *p,
     by[BY_RATIO] -= bend * secant * (moved - 1.0) * m_ratio;
     by[BY_PACE] = per_across;
 
-    /* On the corner itself w1 p1/b would jump with the sign of G - q. */
-    double apart_of = fabs(strength - q) * (1.0 / YIELDING) / strength,
-           far = smaller(apart_of, 1.0);
-    double other = taken.share - OUTER_STRENGTH, near = far < 1.0 ? other : 0.0;
+    /* On the corner itself w1 p1/b would jump with the sign of G - q. A contact that slides stays
+     * close to it, where a kink would cost substeps. */
+    double whole_gap = fabs(strength - q) * (1.0 / YIELDING) / strength,
+           gap = smaller(whole_gap, 1.0), per_gap = 1.0 / (gap + SMOOTHING);
+    double far = (1.0 + SMOOTHING) * gap * gap * per_gap;
+    double by_gap = (1.0 + SMOOTHING) * gap * (gap + 2.0 * SMOOTHING) * per_gap * per_gap;
+    double other = taken.share - OUTER_STRENGTH, near = gap < 1.0 ? by_gap * other : 0.0;
     double turned = (onward ? near : -near) * (1.0 / YIELDING) / strength;
     flow.share = OUTER_STRENGTH + far * other;
     by = flow.share_by;
