@@ -7,6 +7,11 @@ velocity makes exponential steps whose noise is added after them, so the density
 determinant, as that of an implicit step has. The friction walks at random over the way, with steps
 of Student's distribution: most are small, some are jumps. Gauss-Newton finds the most probable
 values. Its normal matrix is banded, with a border for the constants.
+
+A larger radius means more creepage, at which the same forces need a friction that varies less. The
+most probable values lack the smaller volume of such frictions, so that their radii are too large in
+traction and too small in braking, the more so the tighter the walk. It is therefore looser here
+than that of `contactlib.logs.friction`; one that is looser still would leave noise in the speeds.
 """
 
 from __future__ import annotations
@@ -26,6 +31,7 @@ from contactlib.files.scenario import Scenario
 from contactlib.vehicle.wheelset import Wheelset, davis
 
 DEGREES = 3.0  # of freedom of Student's distribution
+LOOSE = 2.0  # scale of the walk behind the motion, over that of the friction
 LOWEST, HIGHEST = -5.0, 2.0  # logarithms of the friction factor that are possible
 DIFFERENCE = 1e-5  # for derivatives [m/s], and as a share of friction
 SUBSTEPS = 2  # from row to row
@@ -251,7 +257,7 @@ class Motion:
         self.mass = body.mass * self.axles
         self.step_size = float(rows.time[1] - rows.time[0])
         way = np.maximum(np.abs(np.diff(rows.distance)), 0.01)
-        self._walk = errors.friction_change * np.sqrt(way)[:, np.newaxis]
+        self._walk = LOOSE * errors.friction_change * np.sqrt(way)[:, np.newaxis]
         known = np.column_stack([rows.omega, rows.speed])
         each = [body.radius / errors.wheel_speed] * self.axles + [1.0 / errors.vehicle_speed]
         self._weight = np.where(np.isnan(known), 0.0, each)

@@ -9,11 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rails_from_logs import MISTAKES, logged, rails_line, sums_of_rails
+from rails_from_logs import MISTAKES, logged, rails_line, scenario_of, sums_of_rails
 
 import contactlib as cl
 from contactlib.logs import Log, LogErrors, LogPriors, RailsEstimate, estimate_rails
-from contactlib.logs.friction import GRID, Rails, force_errors, likelihoods, means, walk
+from contactlib.logs.friction import (
+    GRID,
+    Rails,
+    first_guess,
+    force_errors,
+    likelihoods,
+    means,
+    walk,
+)
 from contactlib.logs.motion import Motion
 
 
@@ -111,6 +119,16 @@ def test_the_gradient_of_the_motion_is_its_difference() -> None:
     ends = [motion._cost(*one, motion._residuals(*one)) for one in moved]
     slope = float(np.sum(blocks.gradient * there) + blocks.slope @ more)
     assert (ends[1] - ends[0]) / 0.2 == pytest.approx(slope, rel=1e-3)
+
+
+@pytest.mark.parametrize(("seed", "controller"), [(39, "slope_seeking"), (45, "threshold")])
+def test_rough_rails_do_not_look_like_a_larger_wheel(seed: int, controller: str) -> None:
+    """A log without errors: the wheel has its nominal radius."""
+    case = scenario_of("dry_wet_dry.toml", np.random.default_rng(seed))
+    log = Log.of(cl.run_scenario(case, controller, index=seed))
+    motion = Motion(case, log.rows(case), LogErrors(), LogPriors())
+    motion.solve(*first_guess(motion, np.zeros(1)))
+    assert abs(motion.constants[0]) < 1.645 * np.sqrt(motion.covariance[0, 0])
 
 
 def test_two_steps_of_the_walk_are_one_of_two_metres() -> None:
