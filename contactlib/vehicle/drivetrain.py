@@ -256,7 +256,7 @@ class Brake(Parameters):
         build_up_time : float, optional
             Time in which it rises to 95 % of its command, in place of `fill_time` [s].
         vent_time : float
-            Time constant with which it falls to its command [s].
+            Time constant with which the brake torque falls to its command [s].
 
         Raises
         ------
