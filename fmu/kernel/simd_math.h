@@ -23,6 +23,13 @@
 #define UNROLLED
 #endif
 
+/* A loop over four neighbours, which are one vector. */
+#if defined(__clang__)
+#define IN_FOURS _Pragma("clang loop vectorize_width(4) interleave_count(1) unroll(disable)")
+#else
+#define IN_FOURS
+#endif
+
 /* A loop whose body is vectorised, but not the loop itself. */
 #if defined(__clang__)
 #define NOT_VECTORIZED _Pragma("clang loop vectorize(disable)")

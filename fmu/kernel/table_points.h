@@ -273,7 +273,7 @@ ALWAYS_INLINE void add_layer_rows(const float *plane, size_t plane_length, size_
             const float *from = plane + a * plane_length + b * row_length;
             double w = cell->weight[2][a][i], k = cell->weight[1][b][i];
             double both = w * k, by_k = w * cell->slope[1][b][i], by_w = cell->slope[2][a][i] * k;
-            for (int c = 0; c < 4; c++) {
+            IN_FOURS for (int c = 0; c < 4; c++) {
                 double number = (double)from[c];
                 s[0][c] += both * number;
                 s[1][c] += by_k * number;
