@@ -176,6 +176,7 @@ struct search {
     int begun, turning, flat; /* whether there is a base, a next turn, and whether a plateau is */
     creep_point last;         /* end of the search */
     double reach;             /* creepage up to which the largest torque is kept */
+    double until;             /* creepage beyond which nothing is searched; 0: none */
     int full;
 };
 
@@ -340,7 +341,8 @@ static void walk(search *s, double side) {
     creep_point at = point_at(c, 0.0);
     int n;
     double ratio = ratio_of_intervals(c, &n), creepage = c->first;
-    for (int i = 0; i <= n && !s->full; i++, creepage *= ratio) {
+    double until = s->until > 0.0 ? s->until : INFINITY;
+    for (int i = 0; i <= n && !s->full && fabs(at.creepage) <= until; i++, creepage *= ratio) {
         creep_point next = point_at(c, side * creepage), a = at, b = next;
         if (isnan(at.torque) && !isnan(next.torque)) a = edge_between(c, next, at.creepage);
         if (isnan(next.torque) && !isnan(at.torque)) b = edge_between(c, at, next.creepage);
@@ -503,17 +505,19 @@ double creep_curve_grip(const creep_table *table, const force_element_parameters
     creep_point found;
     curve c = curve_of(table, contact, body, at);
     double side = point_at(&c, 0.0).torque <= torque ? 1.0 : -1.0, reach = 0.0;
+    int balances = steady_of(&c, torque, side, 1, &found) > 0;
+    double creepage = balances ? found.creepage : NAN, held = balances ? fabs(creepage) : 0.0;
+    if (balances && held == 0.0) return creepage;
     for (int wheel = 0; wheel < c.wheels; wheel++) {
         curve one = c;
         one.wheels = 1;
         one.at.normal_load[0] = c.at.normal_load[wheel];
         one.at.friction_scale[0] = c.at.friction_scale[wheel];
-        search s = {.c = &one, .turned = keep_first, .room = 1, .points = &found};
+        search s = {.c = &one, .turned = keep_first, .room = 1, .points = &found, .until = held};
         find_turns(&s, side);
         reach = fmax(reach, fabs(found.creepage));
     }
-    if (steady_of(&c, torque, side, 1, &found) && fabs(found.creepage) <= reach)
-        return found.creepage;
+    if (balances && held <= reach) return creepage;
     found = point_at(&c, side * reach);
     search s = {.c = &c, .turned = keep_limit, .points = &found, .reach = side * reach};
     find_turns(&s, side);
