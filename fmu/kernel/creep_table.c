@@ -164,6 +164,7 @@ const char *creep_table_open(creep_table *table, const void *bytes, size_t size)
         if (!(fabs((double)table->layer_coefficients[i]) <= MAX_NUMBER))
             return "the table holds a number that is not finite or beyond 1e9";
     find_steepest(table);
+    table->clean_slope = creep_table_initial_slope(table, 0.0, 0.0);
     return NULL;
 }
 #endif /* ONE_FILE_KERNEL */

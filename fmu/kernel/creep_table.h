@@ -58,6 +58,7 @@ typedef struct {
     /* Where q rises most steeply, and its slope there. For two axes the place is zero, and the
      * slope is not set: it depends on k_hat and the layer. */
     double steepest_creepage, steepest_slope;
+    double clean_slope; /* creep_table_initial_slope of bodies without a layer at k_hat = 0 */
 } creep_table;
 
 typedef struct {

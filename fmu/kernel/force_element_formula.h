@@ -71,7 +71,7 @@ static inline shape_memory shape_of(const force_element_parameters *p) {
 static inline void set_memory_scales(const creep_table *table, const force_element_parameters *p,
                                      const shape_memory *shape, contact_scales *s) {
     contact_memory memory;
-    double clean = creep_table_initial_slope(table, 0.0, 0.0), layered = clean;
+    double clean = table->clean_slope, layered = clean;
     if (has_layer(p)) layered = creep_table_initial_slope(table, 0.0, s->layer_ratio);
     /* Hertz: a line grows with the root of the load, an ellipse keeps its shape. */
     double to_strips = p->body_modulus / p->contact_modulus, softer = clean / layered;
