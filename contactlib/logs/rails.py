@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from contactlib.base.lazy import optional_library
 from contactlib.base.quantities import FloatArray, Limits, Quantity, checked_number, checked_whole
@@ -41,7 +42,7 @@ SPACING = Quantity("m", above=0.0, at_most=100.0)
 DRAWS = Limits(at_least=4, at_most=1000)
 LOW, HIGH = 0.05, 0.95  # ends of an interval
 NARROW = np.log(1.5)  # width of an interval of friction that tells something: high over low
-CONFLICT = 2.5  # standard deviations
+CONFLICT = 0.01  # probability that a constant of a right log is so far off
 TOGETHER = 0.95  # correlation of constants that cannot be separated
 NARROWED = 50.0  # narrowing of a prior from which the log shows a constant [%]
 WRONG = 1.5  # root mean square of what is measured less what is found, over the errors
@@ -160,11 +161,12 @@ class RailsEstimate:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on what does not fit: a wrong vehicle, law or log."""
         found = []
+        most = -float(ndtri(0.5 * CONFLICT / max(len(self.constants), 1)))
         for name, (value, spread) in self.constants.items():
             prior = self.priors[name]
             # What a log is expected to move a constant by: the variance that it takes away.
             far = abs(value) / np.sqrt(max(prior**2 - spread**2, (0.1 * prior) ** 2))
-            if far > CONFLICT:
+            if far > most:
                 off = f"{value:+.3f} s" if name == "delay" else f"{100.0 * np.expm1(value):+.1f} %"
                 found.append(
                     f"{name} is {off} off, {far:.1f} times what was expected: a mass, a brake or a "
