@@ -16,7 +16,7 @@ import numpy as np
 from contactlib.base.quantities import FloatArray
 from contactlib.logs.friction import Rails
 
-CLEAR = 15.0  # fall of the evidence that right logs do not have
+CLEAR = 30.0  # fall of the evidence that right logs do not have
 
 
 class Conflict(NamedTuple):

@@ -42,7 +42,7 @@ SPACING = Quantity("m", above=0.0, at_most=100.0)
 DRAWS = Limits(at_least=4, at_most=1000)
 LOW, HIGH = 0.05, 0.95  # ends of an interval
 NARROW = np.log(1.5)  # width of an interval of friction that tells something: high over low
-CONFLICT = 0.01  # probability that a constant of a right log is so far off
+CONFLICT = 0.025  # probability that a constant of a right log is so far off
 TOGETHER = 0.95  # correlation of constants that cannot be separated
 NARROWED = 50.0  # narrowing of a prior from which the log shows a constant [%]
 WRONG = 1.5  # root mean square of what is measured less what is found, over the errors
@@ -161,9 +161,12 @@ class RailsEstimate:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on what does not fit: a wrong vehicle, law or log."""
         found = []
-        most = -float(ndtri(0.5 * CONFLICT / max(len(self.constants), 1)))
+        others = max(len(self.constants) - 1, 1)
         for name, (value, spread) in self.constants.items():
             prior = self.priors[name]
+            # Half of it for the torque, which masses and brakes move.
+            share = 0.5 if name == "torque" else 0.5 / others
+            most = -float(ndtri(0.5 * share * CONFLICT))
             # What a log is expected to move a constant by: the variance that it takes away.
             far = abs(value) / np.sqrt(max(prior**2 - spread**2, (0.1 * prior) ** 2))
             if far > most:
