@@ -22,7 +22,7 @@ from contactlib.logs.friction import (
     means,
     walk,
 )
-from contactlib.logs.motion import Motion
+from contactlib.logs.motion import TORQUE, Motion
 
 
 @cache
@@ -129,6 +129,31 @@ def test_rough_rails_do_not_look_like_a_larger_wheel(seed: int, controller: str)
     motion = Motion(case, log.rows(case), LogErrors(), LogPriors())
     motion.solve(*first_guess(motion, np.zeros(1)))
     assert abs(motion.constants[0]) < 1.645 * np.sqrt(motion.covariance[0, 0])
+
+
+def torque_of(case: cl.Scenario, log: Log) -> float:
+    """Logarithm of the torque that moves a vehicle, over the log's."""
+    motion = Motion(case, log.rows(case), LogErrors(), LogPriors())
+    motion.solve(*first_guess(motion, np.array(case.position)))
+    return float(motion.constants[TORQUE])
+
+
+def test_a_coach_that_brakes_on_dry_rails_shows_its_torque() -> None:
+    case = replace(cl.load_scenario("coach_braking.toml"), track=cl.Track(), duration=8.0)
+    log = Log.of(cl.run_scenario(replace(case, initial_speed=13.0), "wsp", step=0.01))
+    assert torque_of(case, log) == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 6, 19])
+def test_noise_of_wheel_speeds_does_not_look_like_torque(seed: int) -> None:
+    """The creep force of a slip that is noisy is less than that of its mean."""
+    case = scenario_of("coach_braking.toml", np.random.default_rng(seed))
+    run = cl.run_scenario(replace(case, initial_speed=13.0), "wsp", index=seed, step=0.01)
+    rng, noise = np.random.default_rng(0), 0.01 / case.drivetrain.wheelset.radius
+    log = Log.of(run)
+    noisy = replace(log, omega=log.omega + rng.normal(0.0, noise, log.omega.shape))
+    assert abs(torque_of(case, noisy) - torque_of(case, log)) < 0.005
 
 
 def test_two_steps_of_the_walk_are_one_of_two_metres() -> None:
