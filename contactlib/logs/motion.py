@@ -402,7 +402,7 @@ class Motion:
         second = np.abs(np.diff(self.rows.omega, 2, axis=0))
         known = np.where(np.isfinite(second), second, 0.0)
         seen = np.median(known, axis=0) / (MEDIAN_OF_NORMAL * np.sqrt(6.0))
-        return np.minimum(seen, self.errors.wheel_speed / self.body.radius)
+        return np.asarray(np.minimum(seen, self.errors.wheel_speed / self.body.radius))
 
     def _taken_by_noise(
         self, states: FloatArray, constants: FloatArray, force: FloatArray
