@@ -417,9 +417,9 @@ class Motion:
         turning = states[:, :a] * np.exp(constants[:a])
         around = self.element(constants).force(
             omega=np.stack([turning - noise, turning + noise]),
-            speed=np.stack([states[:, a : a + 1] + 0.0 * turning] * 2),
-            axle_load=np.stack([self.rows.load] * 2),
-            friction_scale=np.stack([np.exp(np.clip(states[:, a + 1 :], LOWEST, HIGHEST))] * 2),
+            speed=states[:, a : a + 1],
+            axle_load=self.rows.load,
+            friction_scale=np.exp(np.clip(states[:, a + 1 :], LOWEST, HIGHEST)),
         )
         return np.asarray(force - around.mean(axis=0))
 

@@ -164,7 +164,7 @@ class RailsEstimate:
         others = max(len(self.constants) - 1, 1)
         for name, (value, spread) in self.constants.items():
             prior = self.priors[name]
-            # Half of it for the torque, which masses and brakes move.
+            # Half of the probability is the torque's, which masses and brakes move.
             share = 0.5 if name == "torque" else 0.5 / others
             most = -float(ndtri(0.5 * share * CONFLICT))
             # What a log is expected to move a constant by: the variance that it takes away.

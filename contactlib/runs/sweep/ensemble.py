@@ -371,7 +371,8 @@ def default_chunk(sweep: Sweep, workers: int) -> int:
     if not sweep.plan.controllers:  # analyses run one after the other
         return min(MAX_CHUNK, math.ceil(sweep.runs / (ANALYSES_EACH * workers)))
     shared = math.ceil(sweep.runs / (CHUNKS_EACH * workers))
-    axles = sweep.scenario.axles  # are stepped side by side
+    axles = sweep.scenario.axles
+    # Axles are stepped side by side, and vehicles need more memory.
     side_by_side = MAX_CHUNK if axles == 1 else MAX_CHUNK // (2 * axles)
     limit = min(side_by_side, math.ceil(MAX_TIME * sweep.runs / sweep.simulated_time))
     return max(MIN_CHUNK, min(limit, shared))
